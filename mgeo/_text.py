@@ -88,6 +88,30 @@ def format_number(value: float, decimals: int | None = None, digits: int = 3) ->
     return f"{value + 0.0:.{decimals}f}"
 
 
+def format_two_digits(value: float) -> str:
+    """Format a positive number with two significant digits, without rounding its integer part.
+
+    Examples
+    --------
+    >>> format_two_digits(0.5), format_two_digits(123.4), format_two_digits(2.04e-7)
+    ('0.50', '123', '2.0e-07')
+    """
+    if value < 1e-5:
+        return f"{value:.1e}" if value else "0"
+    digits = 1 - math.floor(math.log10(float(f"{value:.1e}")))
+    return f"{value:.{max(digits, 0)}f}"
+
+
+def format_duration(seconds: float) -> str:
+    """Format a duration [s] in hours, minutes and seconds, such as "1 h 40 min 5 s"."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
+    return " ".join(f"{value} {unit}" for value, unit in parts if value) or (
+        "less than 1 s" if seconds else "0 s"
+    )
+
+
 def is_number(text: str) -> bool:
     """Return True if a text is a number, a mean ± standard deviation, a hyphen, or empty."""
     return _NUMBER.fullmatch(text) is not None

@@ -6,15 +6,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mgeo._text import wrap_text
+import pandas as pd
+
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.execution import format_run_title
 from mgeo.figures.front import MAX_OBJECTIVES
 from mgeo.plugins.protocol import call_optional, describe_size, has_override
+from mgeo.plugins.review import Section
 from mgeo.plugins.view import View, build_view
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store import run_folder
-from mgeo.terminal import Output, build_key_value_table, build_table, escape_text
+from mgeo.terminal import Output
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -52,15 +54,15 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
         search += f", from {configuration.initial_designs} initial designs"
     if configuration.refine:
         search += ", then local refinement"
-    texts = {"search": search, **_format_size(size), "folder": str(folder)}
-    output.print(
-        escape_text(f"Dry run: {format_run_title(configuration)}", "bold"),
-        build_key_value_table(texts | {"files": ", ".join(files)}),
-    )
+    texts = {"search": search, **_format_size(size, view), "folder": str(folder)}
+    output.print_title(f"Dry run: {format_run_title(configuration)}")
+    output.print_pairs(texts | {"files": ", ".join(files)})
     if facts:
-        output.print("", build_key_value_table(facts))
-    for text in warnings:
-        output.print(f"\n{wrap_text(f'Warning: {text}')}")
+        output.print("")
+        output.print_pairs(facts)
+    if warnings:
+        output.print("")
+        output.print_warnings(warnings)
     output.print_document(
         {
             "dry_run": True,
@@ -97,15 +99,12 @@ def print_study_size(
         (label, len(size["variables"]), len(size["objectives"]), size["constraints"])
         for label, size in sizes.items()
     ]
-    output.print(
-        escape_text(f"Dry run: {study.title}", "bold"),
-        study.format_size(),
-        "",
-        build_table(("problem", "variables", "objectives", "constraints"), rows),
-        "",
-        build_table(("algorithm",), [(name,) for name in algorithms]),
-        f"\nfolder: {folder}",
-    )
+    table = pd.DataFrame(rows, columns=["problem", "variables", "objectives", "constraints"])
+    output.print_title(f"Dry run: {study.title}")
+    output.print_text(study.format_size(), "")
+    output.print_sections(Section("", table=table))
+    output.print("")
+    output.print_pairs({"algorithms": ", ".join(algorithms), "folder": str(folder)})
     output.print_document(
         {
             "dry_run": True,
@@ -120,9 +119,9 @@ def print_study_size(
     )
 
 
-def _format_size(size: Mapping[str, Any]) -> dict[str, str]:
+def _format_size(size: Mapping[str, Any], view: View) -> dict[str, str]:
     return {
         "variables": str(len(size["variables"])),
-        "objectives": ", ".join(size["objectives"]),
+        "objectives": ", ".join(map(view.format_title, size["objectives"])),
         "constraints": str(size["constraints"]),
     }

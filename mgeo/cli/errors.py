@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
 import traceback
@@ -205,7 +206,9 @@ def _format_usage_error(error: Any) -> str:
     details, parameter = find_details()[0], error.param
     is_option = parameter.param_type_name == "option"
     name = max(parameter.opts, key=len) if is_option else parameter.metavar
-    return f"{name} {details['input']}: {format_expectation(details['msg'])}"
+    expected = "expected one of" if "," in details["msg"] else "expected"
+    expectation = re.sub("'.*' is not one of", expected, format_expectation(details["msg"]))
+    return f"{name} {details['input']}: {expectation}"
 
 
 def _describe_error(error: BaseException, ctx: typer.Context) -> tuple[str, ExitCode]:

@@ -13,9 +13,9 @@ from rich import progress
 from rich.console import Console, Group
 from rich.live import Live
 
-from mgeo._text import wrap_text
+from mgeo._text import format_duration
 from mgeo.cli.errors import ExitCode, StopRequest, collect_stop_requests, convert_input_errors
-from mgeo.cli.summary import format_duration, print_summary
+from mgeo.cli.summary import print_summary
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures.page import render_figure_page
 from mgeo.plugins.protocol import call_optional
@@ -143,10 +143,8 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
         If all evaluations or another method of the problem fail.
     """
     if reasons := call_optional(build_view(run.problem), View.infeasibility_reasons):
-        output.print(
-            escape_text("No solution can satisfy all constraints", "bold"),
-            *(wrap_text(f"- {reason}", "  ") for reason in reasons),
-        )
+        output.print_title("No solution can satisfy all constraints")
+        output.print_text(*(f"- {reason}" for reason in reasons))
         output.print_document({"infeasibility_reasons": reasons})
         return ExitCode.INCOMPLETE
     with convert_input_errors():

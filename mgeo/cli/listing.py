@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from textwrap import indent
 from typing import Annotated, Any
 
 import typer
-from rich.padding import Padding
 
+from mgeo._text import TEXT_WIDTH, wrap_text
 from mgeo.benchmarks.collections import EXAMPLES_BY_PREFIX
 from mgeo.cli import options
 from mgeo.cli.errors import convert_input_errors
 from mgeo.plugins.discovery import Plugin, PluginError, list_plugins, list_preset_names
-from mgeo.terminal import Output, build_table, escape_text
+from mgeo.plugins.review import Section
+from mgeo.terminal import Output
 
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems, with their objectives and presets."""
+    import pandas as pd
+
     descriptions = [_describe_problem(plugin) for plugin in list_plugins()]
     output = Output(json=json)
     output.print_document({"problems": descriptions})
@@ -32,14 +36,15 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
         for each in descriptions
         if not each["error"]
     ]
-    output.print(build_table(("problem", "variables", "objectives", "package"), rows))
-    presets = [(each["name"], name) for each in descriptions for name in each["presets"]]
+    table = pd.DataFrame(rows, columns=["problem", "variables", "objectives", "package"])
+    output.print_sections(Section("", table=table))
+    presets = {each["name"]: ", ".join(each["presets"]) for each in descriptions if each["presets"]}
     if presets:
-        output.print("", build_table(("problem", "preset for --scenario"), presets))
-    output.print(
-        f"\nTest problems: {', '.join(EXAMPLES_BY_PREFIX.values())}",
-        f"Next: mgeo solve {descriptions[0]['name']} --dry-run",
-    )
+        output.print("")
+        output.print_title("Presets for --scenario")
+        output.print_pairs(presets)
+    output.print("", f"Test problems: {', '.join(EXAMPLES_BY_PREFIX.values())}")
+    output.print_commands({"Check a run": f"mgeo solve {descriptions[0]['name']} --dry-run"})
     for each in descriptions:
         if each["error"]:
             output.print_note(f"Error: {each['name']}: {each['error']}")
@@ -58,33 +63,32 @@ def algorithms(
     debug: options.Debug = False,
 ) -> None:
     """List the algorithms, or the parameters of one algorithm."""
+    import pandas as pd
+
     from mgeo.runs.algorithms import describe_algorithm, list_algorithms
 
     output = Output(json=json)
     if name is None:
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
         output.print_document({"algorithms": descriptions})
-        output.print(
-            build_table(
-                ("algorithm", "library", "method and use"),
-                [
-                    (each["name"], each["library"], each["error"] or each["description"])
-                    for each in descriptions
-                ],
-            ),
-            "\nParameters of an algorithm: mgeo algorithms NAME",
-        )
+        rows = [
+            (each["name"], each["library"], each["error"] or each["description"])
+            for each in descriptions
+        ]
+        table = pd.DataFrame(rows, columns=["algorithm", "library", "method and use"])
+        output.print_sections(Section("", table=table))
+        output.print_commands({"Parameters of an algorithm": "mgeo algorithms NAME"})
         return
     with convert_input_errors():
         description = describe_algorithm(name)
     output.print_document(description)
-    output.print(escape_text(f"{name}: {description['label']}", "bold"), description["description"])
+    output.print_title(f"{name}: {description['label']}")
+    output.print_text(description["description"])
     for parameter in description["parameters"]:
-        output.print(
-            f"\n{parameter['name']} = {_format_default(parameter['default'])}",
-            Padding(escape_text(parameter["meaning"]), (0, 0, 0, 4)),
-        )
-    output.print(f"\nSet a parameter: mgeo solve PROBLEM --algorithm {name} --set NAME=VALUE")
+        output.print(f"\n{parameter['name']} = {_format_default(parameter['default'])}")
+        output.print(indent(wrap_text(parameter["meaning"], width=TEXT_WIDTH - 4), "    "))
+    command = f"mgeo solve PROBLEM --algorithm {name} --set NAME=VALUE"
+    output.print_commands({"Set a parameter": command})
 
 
 def _describe_algorithm(name: str) -> dict[str, Any]:

@@ -141,16 +141,19 @@ def report(
             write_files(folder, files)
         if page:
             write_file(path, page.encode())
-    if page:
-        output.print(f"written: {path} ({len(page) / 1e6:.1f} MB), a page for any browser")
+    output.print_title(f"Report of {' and '.join(map(str, sources))}")
+    written = {str(path): f"page for any browser, {len(page) / 1e6:.1f} MB"} if page else {}
     if files:
-        output.print(f"written: {folder} ({len(files)} files)")
+        written[str(folder)] = f"{len(files)} figures"
     elif is_study:
         prefixes = "|".join(re.escape(f"{format_folder_name(label)}-") for label in comparisons)
         names = dict.fromkeys(re.sub(rf"^({prefixes})", "", name) for name in figures)
-        output.print(f"report: {path}", f"figures for --figure: {', '.join(names)}")
+        written[str(path)] = "report of the study"
+        output.print_text(f"Figures for --figure: {', '.join(names)}.")
         if len(comparisons) > 1:
-            output.print(f"figure of one problem: {next(n for n in figures if n not in names)}")
+            one = next(name for name in figures if name not in names)
+            output.print_text(f"Figure of a single problem: {one}.")
+    output.print_files(written)
     output.print_document(
         {
             **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),

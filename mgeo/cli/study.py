@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from mgeo._text import wrap_text
 from mgeo.cli import options
 from mgeo.cli.errors import ExitCode, convert_input_errors, get_interrupt_exit_code
-from mgeo.terminal import Output, escape_text, render_section, to_records
+from mgeo.plugins.review import build_records
+from mgeo.terminal import Output
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
@@ -157,6 +157,7 @@ def _print_results(
     )
 
     summary = summarize_study(comparisons, study.control)
+    warnings = list_warnings(comparisons)
     output.print_document(
         {
             "title": study.title,
@@ -166,34 +167,36 @@ def _print_results(
             "per_variable": study.per_variable,
             "seeds": list(study.seeds),
             "conclusions": [] if summary is None else summary.conclusions,
-            "ranks": [] if summary is None else to_records(summary.ranks),
+            "warnings": warnings,
+            "ranks": [] if summary is None else build_records(summary.ranks),
             "problems": {
                 label: _build_document(each, study.control) for label, each in comparisons.items()
             },
         }
     )
-    output.print(escape_text(study.title, style="bold"), study.format_size(), "")
+    output.print_title(study.title)
+    output.print_text(study.format_size(), "")
     if len(comparisons) > 1 and summary is not None:
-        output.print(*map(wrap_text, summary.conclusions))
+        output.print_text(*summary.conclusions)
         tables = [build_rank_table(comparisons, summary), build_behind_table(summary)]
     else:
         (comparison,) = comparisons.values()
-        output.print(*map(wrap_text, format_conclusions(comparison, study.control)))
+        output.print_text(*format_conclusions(comparison, study.control))
         tables = [
             build_result_table(comparison),
             build_published_table(study, comparison),
         ]
     for section in tables:
-        if section is not None and section.table is not None:
-            rows = replace(section, table=section.table.reset_index(), max_rows=_MAX_ROWS)
-            output.print("", *render_section(rows))
-    for text in list_warnings(comparisons):
-        output.print_note(f"\n{wrap_text(f'Warning: {text}')}")
+        if section is not None:
+            output.print("")
+            output.print_sections(replace(section, max_rows=_MAX_ROWS))
+    if warnings:
+        output.print("")
+        output.print_warnings(warnings)
+    output.print_files({str(folder / REPORT_FILE): "report"})
     figure = "ranks" if len(comparisons) > 1 else "anytime"
-    output.print(
-        f"\nwritten: {folder / REPORT_FILE}",
-        f"draw a figure for a paper: mgeo report {folder} --figure {figure} --paper",
-    )
+    command = f"mgeo report {folder} --figure {figure} --paper"
+    output.print_commands({"Draw a figure for a paper": command})
     n_failed = sum(_count_runs(each, "failed") for each in comparisons.values())
     if n_failed:
         output.print_note(f"{n_failed} runs failed; --resume repeats them")

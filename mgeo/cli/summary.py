@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rich.console import RenderableType
+import pandas as pd
 
-from mgeo._text import format_column, format_key, wrap_text
+from mgeo._text import format_duration, wrap_text
 from mgeo.plugins.protocol import call_optional
-from mgeo.plugins.review import Section
+from mgeo.plugins.review import Section, build_records
 from mgeo.plugins.view import MAX_ROWS, View
 from mgeo.runs.summary import (
     FrontSummary,
@@ -20,16 +20,7 @@ from mgeo.runs.summary import (
 )
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, build_run_document
-from mgeo.terminal import (
-    Output,
-    build_text_table,
-    escape_text,
-    render_section,
-    to_records,
-)
-
-if TYPE_CHECKING:
-    import pandas as pd
+from mgeo.terminal import Output
 
 
 def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
@@ -61,10 +52,10 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
             "folder": str(folder),
             "files": files,
             "recommended": front and _build_recommended_document(front),
-            "front": _build_records(front.front.rename_axis("solution")) if front else [],
+            "front": build_records(front.front.rename_axis("solution")) if front else [],
             "infeasibility": infeasibility
             and {
-                "violations": _build_records(infeasibility.build_table()),
+                "violations": build_records(infeasibility.build_table()),
                 "suggestions": infeasibility.suggestions,
             },
             "warnings": warnings,
@@ -73,25 +64,22 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     )
     if not output.is_text:
         return
-    output.print(*_describe_run(run, view))
+    title, cost = _describe_run(run, view)
+    output.print_title(title)
+    output.print_text(cost)
     if front is not None:
-        output.print(*_render_front(view, front))
+        _print_front(view, front, output)
     if infeasibility is not None:
-        output.print(*_render_infeasibility(infeasibility))
+        _print_infeasibility(infeasibility, output)
     if warnings:
-        output.print("", *(_render_warning(each) for each in warnings))
-    output.print(*_render_files(folder, files), *_render_next_commands(view, folder, outcome))
+        output.print("")
+        output.print_warnings(warnings)
+    heading = wrap_text(f"Files in {folder}: {', '.join(files)}", "  ")
+    output.print_commands(_list_next_commands(view, folder, outcome), heading)
 
 
-def format_duration(seconds: float) -> str:
-    """Format a duration in seconds, such as 9 s, 2 min 5 s or 1 h 2 min 3 s."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
-    return " ".join(f"{value} {unit}" for value, unit in parts if value) or "less than 1 s"
-
-
-def _describe_run(run: Run, view: View) -> Iterator[RenderableType]:
+def _describe_run(run: Run, view: View) -> tuple[str, str]:
+    """Return the result of a run, and the cost of the search."""
     configuration, outcome = run.configuration, run.outcome
     name = configuration.options.get("name")
     scenario = f", scenario {name}" if isinstance(name, str) else ""
@@ -101,55 +89,56 @@ def _describe_run(run: Run, view: View) -> Iterator[RenderableType]:
         result = "no feasible solution"
     elif outcome.hypervolume is not None:
         result += f", hypervolume {outcome.hypervolume:.4f}"
-    yield escape_text(wrap_text(f"{configuration.problem}{scenario}: {result}"), "bold")
     refined = " and local refinement" if outcome.n_refined or outcome.n_added else ""
     cost = (
         f"{outcome.n_evaluations:,} evaluations by {configuration.algorithm} "
         f"(seed {configuration.seed}){refined} in {format_duration(outcome.wall_time_s)}"
     )
-    is_early = outcome.stop_reason in ("signal", "max_time")
-    yield escape_text(
-        wrap_text(f"{outcome.end_description.capitalize()} after {cost}" if is_early else cost)
-    )
+    if outcome.stop_reason in ("signal", "max_time"):
+        cost = f"{outcome.end_description.capitalize()} after {cost}"
+    return f"{configuration.problem}{scenario}: {result}", cost
 
 
-def _render_front(view: View, front: FrontSummary) -> Iterator[str | RenderableType]:
+def _print_front(view: View, front: FrontSummary, output: Output) -> None:
     recommended, n, noun = front.recommended, len(view.X), view.noun
     reason = f"{recommended.label}, since the front has no knee"
     if recommended.label == "knee":
         reason = "the knee of the front"
     elif n == 1:
         reason = f"the only {noun} of the front"
-    yield ""
-    yield escape_text(f"Recommended: {noun} {recommended.row}, {reason}", "bold")
+    output.print("")
+    output.print_title(f"Recommended: {noun} {recommended.row}, {reason}")
     for i, (key, section) in enumerate(front.overview.items()):
         if i > 1 and key != "constraints":
-            yield ""
-        yield from render_section(section)
+            output.print("")
+        output.print_sections(_move_title(section))
     if n > 1:
-        yield ""
-        columns = {f"{len(front.front):,} of {n:,} {noun}s": _format_labels(front)}
-        for name in front.front.columns[1:]:
-            columns[str(name)] = format_column(front.front[name].tolist())
-        yield build_text_table(columns)
+        width = len(str(max(front.front.index)))
+        pairs = zip(front.front.index, front.front["label"], strict=True)
+        labels = [f"{row:>{width}}  {label}" for row, label in pairs]
+        names = pd.Index(labels, name=f"{len(front.front):,} of {n:,} {noun}s")
+        table = front.front.drop(columns="label").set_axis(names, axis=0)
+        output.print("")
+        output.print_sections(Section("", table=table))
 
 
-def _format_labels(front: FrontSummary) -> list[str]:
-    width = len(str(max(front.front.index)))
-    pairs = zip(front.front.index, front.front["label"], strict=True)
-    return [f"{row:>{width}}  {label}" for row, label in pairs]
+def _move_title(section: Section) -> Section:
+    """Move the title of a section to the head of the row names of its table, to save a line."""
+    if section.table is None:
+        return section
+    return replace(section, title="", table=section.table.rename_axis(section.title))
 
 
-def _render_infeasibility(report: InfeasibilityReport) -> Iterator[str | RenderableType]:
+def _print_infeasibility(report: InfeasibilityReport, output: Output) -> None:
     note = "Smallest violation by a solution, and number of solutions that violate it."
-    yield ""
-    yield from render_section(
-        Section("Violated constraint", table=report.build_table(), note=note, max_rows=MAX_ROWS)
-    )
+    section = Section("Violated constraint", (), report.build_table(), note, max_rows=MAX_ROWS)
+    output.print("")
+    output.print_sections(_move_title(section))
     if report.suggestions:
-        yield ""
-        yield escape_text("Suggestions", "bold")
-        yield from (wrap_text(f"- {line}", "  ") for line in report.suggestions)
+        output.print("")
+        output.print_sections(
+            Section("Suggestions", tuple(f"- {line}" for line in report.suggestions))
+        )
 
 
 def _list_run_warnings(outcome: Outcome) -> list[str]:
@@ -164,18 +153,7 @@ def _list_run_warnings(outcome: Outcome) -> list[str]:
     return lines
 
 
-def _render_warning(text: str) -> RenderableType:
-    line = escape_text(wrap_text(f"Warning: {text}", "  "))
-    line.stylize("yellow", 0, len("Warning:"))
-    return line
-
-
-def _render_files(folder: Path, files: list[str]) -> Iterator[str]:
-    yield ""
-    yield wrap_text(f"Files in {folder}: {', '.join(files)}", "  ")
-
-
-def _render_next_commands(view: View, folder: Path, outcome: Outcome) -> Iterator[RenderableType]:
+def _list_next_commands(view: View, folder: Path, outcome: Outcome) -> dict[str, str]:
     commands = {}
     if len(outcome.F):
         commands = call_optional(view, View.next_commands, str(folder))
@@ -184,14 +162,12 @@ def _render_next_commands(view: View, folder: Path, outcome: Outcome) -> Iterato
     is_early = outcome.stop_reason in ("signal", "max_time")
     if is_early and outcome.checkpoint_error is None and (folder / CHECKPOINT_FILE).exists():
         commands["Continue the run"] = f"mgeo resume {folder}"
-    width = max(map(len, commands), default=0)
-    for purpose, command in commands.items():
-        yield escape_text(f"{purpose + ':':<{width + 1}}  {command}")
+    return commands
 
 
 def _build_recommended_document(front: FrontSummary) -> dict[str, Any]:
     tables = {
-        key: _build_records(section.table)
+        key: build_records(section.table)
         for key, section in front.overview.items()
         if section.table is not None
     }
@@ -200,11 +176,5 @@ def _build_recommended_document(front: FrontSummary) -> dict[str, Any]:
         "label": front.recommended.label,
         "summary": front.text,
         **tables,
-        "constraints": _build_records(front.constraints),
+        "constraints": build_records(front.constraints),
     }
-
-
-def _build_records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the rows of a table as dicts; the keys contain the units of the columns."""
-    records = to_records(table.rename_axis(str(table.index.name or "name")))
-    return [{format_key(str(key)): value for key, value in each.items()} for each in records]

@@ -70,7 +70,7 @@ def _add_filter(app: Dash, explorer: Explorer) -> None:
     )
     def list_visible_rows(visible_rows: list[int], order: str) -> tuple[str, Component]:
         rows = table.iloc[visible_rows].sort_values(order).head(MAX_ROWS)
-        return f"{len(visible_rows):,} of {len(table):,} solutions", layout.build_table(
+        return f"{len(visible_rows):,} of {len(table):,} {explorer.noun}s", layout.build_table(
             format_cells(rows)
         )
 
@@ -130,7 +130,7 @@ def _add_design(app: Dash, explorer: Explorer) -> None:
             for margin in margins
         ]
         solution = extract_row(explorer.table, selected)
-        return layout.build_comparison(solution, metrics), lines, metrics
+        return layout.build_comparison(explorer.noun, solution, metrics), lines, metrics
 
     @app.callback(
         Output("figures", "children"), Input(variables, "value"), prevent_initial_call=True

@@ -44,6 +44,8 @@ class Explorer:
     ----------
     title : str
         Title that names problem, algorithm and seed.
+    noun : str
+        Word for a solution, such as "plan".
     variables : Variables
         Kinds, bounds and options of the design variables.
     names : tuple of str
@@ -86,6 +88,7 @@ class Explorer:
         self._lock = RLock()
         self.rows = select_figure_rows(loaded.representatives, len(loaded.view.X), MAX_HOVER_TEXTS)
         self._view = loaded.view.select(self.rows)
+        self.noun = self._view.noun
         self.X = self._view.X
         self.variables = Variables.from_problem(self.problem, KINDS)
         self.names, self.objectives = get_column_names(self.problem)
@@ -101,11 +104,11 @@ class Explorer:
     def table(self) -> pd.DataFrame:
         """DataFrame of the objectives and the quick metrics of the solutions, one row each.
 
-        Quick metrics are those of `View.quick_metrics`. The index "solution" contains the row
-        numbers of the solutions on the front.
+        Quick metrics are those of `View.quick_metrics`, with the titles of `View.format_title`. The
+        index contains the row numbers of the solutions on the front.
         """
         with self._lock:
-            return self._compute_metrics(self._view).set_axis(pd.Index(self.rows, name="solution"))
+            return self._compute_metrics(self._view).set_axis(pd.Index(self.rows, name=self.noun))
 
     def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[ConstraintMargin]]:
         """Evaluate a design, and return a dict of its metrics and a list of its constraint margins.
@@ -181,7 +184,8 @@ class Explorer:
         if not set(objectives) <= set(table.columns):
             F = pd.DataFrame(view.F, columns=objectives, index=table.index)
             table = F.join(table.drop(columns=objectives, errors="ignore"))
-        return table[[*objectives, *table.columns.drop(objectives)]]
+        ordered = table[[*objectives, *table.columns.drop(objectives)]]
+        return ordered.rename(columns=view.format_title)
 
 
 def extract_row(table: pd.DataFrame, position: int) -> dict[str, float]:

@@ -88,7 +88,7 @@ def draw_front(
     Parameters
     ----------
     table
-        Metrics of the solutions, one row each.
+        Metrics of the solutions, one row each. The name of the index is the word for a solution.
     x, y
         Columns on the axes.
     visible_rows
@@ -99,7 +99,7 @@ def draw_front(
         Metrics of the design of the sliders, by column.
     """
     hidden_rows = np.setdiff1d(np.arange(len(table)), visible_rows)
-    hover = "solution %{text}<br>%{x:.5g}, %{y:.5g}<extra></extra>"
+    hover = f"{table.index.name} %{{text}}<br>%{{x:.5g}}, %{{y:.5g}}<extra></extra>"
     figure = go.Figure()
     for positions, color in (
         (hidden_rows, _HIDDEN_COLOR),
@@ -118,7 +118,7 @@ def draw_front(
     ring = {"symbol": "circle-open", "size": 17, "color": COLORS[1], "line": {"width": 3}}
     star = {"symbol": "star", "size": 13, "color": COLORS[1]}
     marks = [
-        (extract_row(table, selected_row), ring, "selected solution"),
+        (extract_row(table, selected_row), ring, f"selected {table.index.name}"),
         (design_metrics, star, "design"),
     ]
     for metrics, marker, name in marks:

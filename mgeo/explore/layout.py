@@ -12,14 +12,13 @@ from mgeo.explore.explorer import Explorer, extract_row
 from mgeo.plugins.review import find_column_kinds
 
 N_INITIAL_AXES = 8  # initial number of parallel coordinates
-DESIGN_COLUMNS = ["", "solution", "design", "change"]
 
 
 def build_page(explorer: Explorer) -> Component:
     """Return the explorer page as a Dash component with controls, tables and empty figures."""
     columns = list(explorer.table.columns)
     solutions = [
-        {"label": f"solution {row}", "value": position}
+        {"label": f"{explorer.noun} {row}", "value": position}
         for position, row in enumerate(explorer.rows.tolist())
     ]
     filters = build_section(
@@ -32,7 +31,8 @@ def build_page(explorer: Explorer) -> Component:
     front = build_section(
         "Front",
         build_hint(
-            "Click on a point to select its solution. The star is the design of the sliders."
+            f"Click on a point to select its {explorer.noun}. The star is the design of the "
+            "sliders."
         ),
         build_labeled_control("x axis", build_dropdown("x", columns, columns[0])),
         build_labeled_control(
@@ -58,7 +58,9 @@ def build_page(explorer: Explorer) -> Component:
             filters,
             html.Div([front, design, prediction], className="columns"),
             build_section("Figures of the design", html.Div(id="figures", className="figures")),
-            build_section("Solutions", order, html.Div(id="table", className="wide")),
+            build_section(
+                f"{explorer.noun.capitalize()}s", order, html.Div(id="table", className="wide")
+            ),
             dcc.Store(id="visible-rows", data=list(range(len(explorer.X)))),
             dcc.Store(id="design-metrics", data=first),
         ]
@@ -117,10 +119,13 @@ def build_table(rows: Sequence[Sequence[str]]) -> Component:
 
 
 def build_comparison(
-    solution: Mapping[str, float], design_metrics: Mapping[str, float]
+    noun: str, solution: Mapping[str, float], design_metrics: Mapping[str, float]
 ) -> Component:
-    """Return an HTML table that compares the metrics of a solution and of a modified design."""
-    rows = [DESIGN_COLUMNS]
+    """Return an HTML table that compares the metrics of a solution and of a modified design.
+
+    The noun is the word for a solution.
+    """
+    rows = [["", noun, "design", "change"]]
     for name, value in solution.items():
         new_value = design_metrics[name]
         change = f"{100 * (new_value / value - 1):+.3g} %" if value else ""

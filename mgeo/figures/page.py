@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from mgeo.figures.style import PAGE_HEIGHT
+from mgeo.plugins.review import Section, find_column_kinds, format_cells
 
 #: File name of the plotting library, if several pages share it.
 LIBRARY_FILE = "plotly.min.js"
@@ -28,6 +29,9 @@ _TEMPLATES = Environment(
 )
 
 
+_TEMPLATES.globals |= {"format_cells": format_cells, "find_column_kinds": find_column_kinds}
+
+
 def render(template: str, **values: Any) -> str:
     """Render a Jinja template as HTML. Values that are not `Markup` are escaped.
 
@@ -39,6 +43,12 @@ def render(template: str, **values: Any) -> str:
         Variables of the template.
     """
     return _TEMPLATES.get_template(template).render(values)
+
+
+def render_section(section: Section) -> Markup:
+    """Return a section as HTML: its title, paragraphs, table and note."""
+    macros: Any = _TEMPLATES.get_template("figures/assets/section.html").module
+    return Markup(macros.render_section(section))
 
 
 def render_figure_page(figure: go.Figure, title: str, note: str = "") -> str:

@@ -193,6 +193,13 @@ class View:
         """
         return {}
 
+    def format_title(self, name: str) -> str:
+        """Return the title for people of a column of `describe`, or of an objective.
+
+        Reports and the explorer show the title. The default is the name itself.
+        """
+        return name
+
     def warnings(self) -> list[str]:
         """Return a list of warnings on the solutions and their problem; by default, the `notes`.
 

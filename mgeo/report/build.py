@@ -30,7 +30,7 @@ from pymoo.core.problem import Problem
 from mgeo.figures.page import render
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import call_optional, has_override
-from mgeo.plugins.review import find_column_kinds, format_cells
+from mgeo.plugins.review import format_cells
 from mgeo.plugins.view import View
 from mgeo.report.history import draw_hypervolume_history
 from mgeo.report.loaded_run import load_run
@@ -163,13 +163,12 @@ def build_report_html(
         "report/assets/report.html",
         title=loaded.title,
         review=review,
-        format_cells=format_cells,
-        find_column_kinds=find_column_kinds,
         review_sections=(
             [section for section in sections if not section.is_detail],
             [section for section in sections if section.is_detail],
         ),
         noun=view.noun,
+        format_title=view.format_title,
         heading=heading,
         summary=summary,
         warnings=call_optional(view, View.warnings) if is_feasible else [],

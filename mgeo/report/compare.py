@@ -17,7 +17,7 @@ from mgeo.figures.front import build_axis_layout
 from mgeo.figures.page import render, render_figure
 from mgeo.figures.style import COLORS, SYMBOLS, apply_style, escape_markup
 from mgeo.plugins.protocol import call_optional, get_column_names
-from mgeo.plugins.review import Review, find_column_kinds, format_cells
+from mgeo.plugins.review import Review, format_cells
 from mgeo.plugins.view import View, build_view
 from mgeo.report.loaded_run import load_run
 from mgeo.store.readers import read_json
@@ -102,8 +102,6 @@ def build_comparison_html(
         "report/assets/compare.html",
         title=f"Comparison of {names[0]} and {names[1]}",
         names=names,
-        format_cells=format_cells,
-        find_column_kinds=find_column_kinds,
         quick_metrics=format_cells(_build_summary_table(subjects)),
         metrics=format_cells(_build_metrics_table(subjects), digits=5),
         options=format_cells(_build_options_table(subjects)),

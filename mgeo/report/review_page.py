@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 
 from mgeo.figures.page import convert_to_html, render
-from mgeo.plugins.review import Review, find_column_kinds, format_cells
+from mgeo.plugins.review import Review
 
 
 def render_review_page(review: Review, figures: Mapping[str, go.Figure]) -> str:
@@ -34,6 +34,4 @@ def render_review_page(review: Review, figures: Mapping[str, go.Figure]) -> str:
         title=review.title,
         review=review,
         figures=html_figures,
-        format_cells=format_cells,
-        find_column_kinds=find_column_kinds,
     )

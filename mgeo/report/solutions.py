@@ -147,6 +147,7 @@ def build_solutions_json(loaded_run: LoadedRun) -> dict[str, Json]:
     front = draw_front(view, loaded_run.title)
     return {
         "table": {"columns": [*names, *objectives], "rows": np.hstack([view.X, view.F]).tolist()},
+        "titles": [*names, *map(view.format_title, objectives)],
         "objectives": len(objectives),
         "figure_rows": rows.tolist(),
         "summaries": _index_by_row(_list_summaries(selected_view), rows),
@@ -255,7 +256,10 @@ def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
     cells = [
         [format_cell(value) for value in row] for row in table.itertuples(index=False, name=None)
     ]
-    return {"columns": [str(name) for name in table.columns], "rows": _index_by_row(cells, rows)}
+    return {
+        "columns": [view.format_title(str(name)) for name in table.columns],
+        "rows": _index_by_row(cells, rows),
+    }
 
 
 def _build_margins_json(view: View, rows: NDArray[np.int64]) -> Json:

@@ -12,7 +12,7 @@ import platform
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
-from importlib.metadata import packages_distributions, version
+from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,12 @@ from mgeo.benchmarks.collections import COCO_DISTRIBUTION
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import list_plugin_versions
 from mgeo.store.atomic import encode_json, lock_folder, write_file
-from mgeo.store.provenance import describe_difference
+from mgeo.store.provenance import describe_difference, list_versions
 from mgeo.store.readers import read_json
 
 PLAN_FILE = "study.json"
 
-_CORE_PACKAGES = ("mgeo", "pymoo", "numpy", "scipy", "moocore")
+_PACKAGES = ("scipy", "moocore")
 _MAX_DEPTH = 4  # Levels of nested objects: algorithm, mating, crossover, parameter.
 _MAX_ARRAY_SIZE = 100  # Larger arrays are described by shape and hash.
 
@@ -148,5 +148,5 @@ def list_study_versions(*objects: Any) -> dict[str, str]:
     names = {name for module in modules for name in distributions.get(module.partition(".")[0], ())}
     if "mgeo.benchmarks.coco" in modules:
         names.add(COCO_DISTRIBUTION)
-    versions = {name: version(name) for name in sorted({*_CORE_PACKAGES, *names})}
+    versions = list_versions(*sorted({*_PACKAGES, *names}))
     return {"python": platform.python_version()} | versions | list_plugin_versions(modules)

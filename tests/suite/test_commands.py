@@ -59,7 +59,7 @@ def test_conclude_names_the_best_suite_within_a_budget(run, problem):
     assert price[best["solution"]] == best["price_keur"] <= 3
     text = mgeo("suite", "conclude", run).stdout
     for budget in (10, 30, 60):
-        assert f"\n{budget} kEUR: " in text
+        assert f"\n- {budget} kEUR: " in text
 
 
 def test_summary_of_a_front_has_prices_with_and_without_a_star_tracker(problem, points):

@@ -145,7 +145,8 @@ function fillTable() {
  * variables. A column has a name, and a function from a row to its value.
  */
 function listColumns() {
-  const { columns: names, rows } = data.table;
+  const names = data.titles;
+  const { rows } = data.table;
   const first = names.length - data.objectives;
   const columns = names.map((name, j) => ({ name, value: (row) => rows[row][j] }));
   const descriptions = data.descriptions;

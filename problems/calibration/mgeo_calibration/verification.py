@@ -16,9 +16,9 @@ from mgeo_attitude.geometry.rotation import rotation_matrix
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.validity import find_validity_violations
 from mgeo_attitude.view.observability.covariance import StateLabels
-from mgeo_attitude.view.summaries import format_duration
 from scipy.stats import chi2
 
+from mgeo._text import format_duration
 from mgeo.studies.statistics import holm_correction
 from mgeo_calibration.simulation.monte_carlo import MonteCarloResult
 from mgeo_calibration.simulation.simulate import simulate

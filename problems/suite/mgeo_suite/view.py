@@ -13,14 +13,10 @@ from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.view.margins import build_constraint_tables
-from mgeo_attitude.view.summaries import (
-    COVARIANCE_LOST,
-    format_duration,
-    format_maneuvers,
-    format_two_digits,
-)
+from mgeo_attitude.view.summaries import COVARIANCE_LOST, format_maneuvers
 from numpy.typing import ArrayLike
 
+from mgeo._text import format_duration, format_two_digits
 from mgeo.plugins.review import Section
 from mgeo.plugins.view import MAX_ROWS, View, build_constraint_section
 from mgeo_suite.problem import SensorSuiteProblem

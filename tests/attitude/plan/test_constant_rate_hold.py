@@ -14,7 +14,7 @@ from .test_aem import read_version_2, rotation_matrix, to_epoch
 DESIGN = (-0.476, 0.393, -1.0, 624.0, 1.0, -0.456, 0.1, 500.0, 0.07, 0.715, 1.0, 16.0)
 RATE = np.array(DESIGN[8:11])
 TABLE = {"preset": "paper", "duration": 3600.0, "step": 4.0, "monte_carlo": {"n_runs": 8}}
-LATE_HOLD = "constant-rate hold, for late convergence"
+LATE_HOLD = "constant-rate hold, after nominal convergence"
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,9 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan.aem import format_aem
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import MonteCarloSettings
-from mgeo_attitude.view.summaries import format_two_digits
 from scipy.spatial.transform import Rotation
+
+from mgeo._text import format_two_digits
 
 DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
 

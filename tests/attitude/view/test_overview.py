@@ -44,6 +44,16 @@ def test_accuracy_is_that_of_the_plan_and_of_its_lower_bound(plan):
     assert (table["90 % of runs"] > 0.5 * table["predicted"]).all()
 
 
+def test_column_titles_have_the_words_of_the_field(plan):
+    titles = [plan.view.format_title(name) for name in plan.view.describe()]
+    assert not any(re.search(r"t_end|\[-\]", title) for title in titles)
+    assert len(set(titles)) == len(titles)
+    paper = AttitudeManeuverProblem(Scenario.paper()).view(np.zeros((0, 12)))
+    assert paper.format_title("t_end [s], nominal") == "convergence time [s], nominal"
+    assert paper.format_title("trace [-], nominal") == "trace of covariance, nominal"
+    assert paper.format_title("trace / lower bound [-]") == "trace / lower bound"
+
+
 def test_lower_bound_is_left_out_if_none_can_be_proved(monkeypatch):
     def fail(self):
         raise NoLowerBoundError("none")

@@ -33,14 +33,14 @@ def test_description_of_paper_satellite():
     problem = AttitudeManeuverProblem(scenario)
     share = 100.0 * (1.0 - problem.environment.sunlit.mean())
     assert description["eclipses"].startswith(f"{share:.0f} % of the time")
-    assert "consistent for" in description["predicted covariance"]
+    assert "consistent for" in description["predicted accuracy"]
     assert description["constraint"] == "none"
 
 
 def test_description_warns_of_initial_errors_beyond_the_validity_of_the_covariance():
     scenario = Scenario.from_dict({"preset": "paper", "initial": {"attitude_deg": 60.0}})
     description = describe_satellite(AttitudeManeuverProblem(scenario))
-    assert "exceed" in description["predicted covariance"]
+    assert "exceed" in description["predicted accuracy"]
 
 
 def test_margin_at_rest_includes_attitude_uncertainty():

@@ -3,7 +3,8 @@
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
-from mgeo_attitude.view.summaries import format_two_digits
+
+from mgeo._text import format_two_digits
 
 
 @pytest.mark.parametrize("objectives", [["t_end", "trace"], ["t_end", "trace", "rate_change"]])

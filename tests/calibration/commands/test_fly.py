@@ -14,6 +14,8 @@ from mgeo_calibration.simulators.kinematic import simulate_telemetry
 from mgeo_calibration.simulators.plan_comparison import END_ERROR, compare_with_plan
 from mgeo_calibration.telemetry.reading import read_telemetry
 
+from mgeo._text import format_number
+
 
 @pytest.fixture(scope="module")
 def plan(tmp_path_factory):
@@ -38,7 +40,7 @@ def test_telemetry_equals_python_result_and_truth_has_calibration_keys(run, plan
     assert str(truth) in text
     expected = simulate_telemetry(found.scenario, found, 3)
     off = compare_with_plan(found, expected).loc[END_ERROR, "simulated"]
-    assert re.search(rf"\n{END_ERROR} +deg +0 +{off:.4g} *\n", text)
+    assert re.search(rf"\n{END_ERROR} +deg +0 +{format_number(off)}\n", text)
     read = read_telemetry(out, found.scenario)
     np.testing.assert_array_equal(read.gyro_deg_s, expected.gyro_deg_s[-len(read.times) :])
     document = json.loads(truth.read_text())
@@ -55,7 +57,10 @@ def test_telemetry_equals_python_result_and_truth_has_calibration_keys(run, plan
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (("--simulator", "simulink"), "'simulink' is not one of 'kinematic', 'basilisk'"),
+        (
+            ("--simulator", "simulink"),
+            "simulink: expected one of 'kinematic', 'basilisk'",
+        ),
         (("--vehicle", "paper"), "--vehicle: expected only with --simulator basilisk"),
         (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
     ],

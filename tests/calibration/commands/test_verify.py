@@ -114,7 +114,7 @@ def test_path_constraint_violation_is_reported(run, tmp_path, monkeypatch):
     assert guidance in " ".join(text.split())
     assert "Sun off camera is violated in 100 %" in guidance
     assert document["gyro_guidance"][2]["quantity"] == "Sun off camera"
-    assert document["gyro_guidance"][2]["violated [%]"] == 100.0
+    assert document["gyro_guidance"][2]["violated_percent"] == 100.0
     (row,) = document["path_constraints"]
     assert row["path constraint"] == "Sun off camera"
     assert row["steered: runs [%]"] == 100.0

@@ -12,7 +12,7 @@ def test_problems_are_listed_although_one_fails_to_load(mgeo):
     rows = [re.split(r"  +", line.strip()) for line in done.stdout.splitlines()]
     assert ["cantilever", "2", "mass [kg], deflection [m]", "stand-in"] in rows
     assert ["dtlz2", "10", "f1, f2, f3", "stand-in"] in rows
-    assert ["cantilever", "light"] in rows  # a preset
+    assert "light" in dict(row for row in rows if len(row) == 2)["cantilever"]  # a preset
     errors = done.stderr.splitlines()
     (error,) = [line for line in errors if line.startswith("Error: no-module")]
     assert "No module named 'stand_in_of_nothing'" in error

@@ -5,12 +5,11 @@ import pandas as pd
 import pytest
 
 from mgeo._text import wrap_text
+from mgeo._text_table import format_section, lay_out_table
 from mgeo.plugins.review import (
     Section,
     build_records,
     format_cells,
-    format_section,
-    format_table,
 )
 
 ROWS = pd.DataFrame(
@@ -19,10 +18,14 @@ ROWS = pd.DataFrame(
 )
 
 
+def join_parts(table, width=80):
+    return "\n\n".join(f"{head}\n{rows}" for head, rows in lay_out_table(table, width))
+
+
 def test_table_has_units_below_names_and_aligned_numbers():
-    head, *body = format_table(ROWS).splitlines()[-4:]
+    head, *body = join_parts(ROWS).splitlines()[-4:]
     lines = [head, *body]
-    assert lines[0].split() == ["time", "misalignment"]
+    assert lines[0].split() == ["time", "sun", "misalignment"]
     assert lines[1].split() == ["phase", "s", "deg", "who"]
     assert lines[2].split() == ["start", "1.00", "0.123", "a"]
     assert lines[3].split() == ["end", "of", "the", "run", "1235", "b"]
@@ -35,7 +38,7 @@ def test_table_has_units_below_names_and_aligned_numbers():
 @pytest.mark.parametrize("width", [40, 60, 80])
 def test_wide_tables_continue_below(width):
     table = pd.DataFrame(np.arange(24.0).reshape(2, 12), ["first", "second"]).add_prefix("value ")
-    text = format_table(table, width)
+    text = join_parts(table, width)
     assert max(map(len, text.splitlines())) <= width
     assert text.count("first") == len(text.split("\n\n")) > 1
     numbers = [float(word) for word in text.replace("value", "").split() if word.isdigit()]
@@ -45,7 +48,7 @@ def test_wide_tables_continue_below(width):
 def test_long_texts_are_wrapped():
     words = " ".join(["uncertainty"] * 12)
     section = Section("x", (words,), pd.DataFrame({"share": [1.0], "text": [words]}), words)
-    text = format_section(section)
+    text = "\n".join(text for _, text in format_section(section))
     assert max(map(len, text.splitlines())) <= 80
     assert text.count("uncertainty") == 36
 

@@ -1,38 +1,11 @@
 """Tables on the terminal."""
 
-import io
-
-import numpy as np
 import pandas as pd
 import pytest
-from rich.console import Console
 
 from mgeo._text import format_column, format_key, format_number, wrap_text
 from mgeo.plugins.review import Section
-from mgeo.terminal import build_table, is_within_width, render_section
-
-TITLES = ("", "best t_end [s]", "knee", "between", "x, y, z in turn, there and back", "best trace")
-ROWS = [
-    ("start UTC", *(f"2018-06-05T00:{minute}:00.000000" for minute in range(10, 15))),
-    ("misalignment of the sensor, 1-sigma [arcmin]", *np.geomspace(1.23456e-7, 9.87654e6, 5)),
-    ("plans", *range(100_000, 100_005)),
-]
-
-
-def print_table(width, titles=TITLES, rows=ROWS):
-    console = Console(file=io.StringIO(), width=width)
-    console.print(build_table(titles, rows))
-    return console.file.getvalue().splitlines()
-
-
-def test_table_within_width_has_one_line_per_row():
-    table = build_table(TITLES, ROWS)
-    width = next(width for width in range(400) if is_within_width(table, width))
-    head, *lines = print_table(width)
-    assert len(lines) == len(ROWS)
-    assert all(title in head for title in TITLES)
-    assert len(print_table(width - 1)) > 1 + len(ROWS)
-    assert max(map(len, print_table(80))) <= 80
+from mgeo.terminal import Output
 
 
 @pytest.mark.parametrize(
@@ -72,29 +45,70 @@ def test_wrapped_text_keeps_numbers_and_percent_signs_together():
     assert lines[1].startswith("  90 %")
 
 
-def print_section(section):
-    console = Console(file=io.StringIO(), width=80)
-    console.print(*render_section(section), sep="\n")
-    return [line.rstrip() for line in console.file.getvalue().splitlines()]
+@pytest.fixture
+def print_section(capsys):
+    def print_lines(section):
+        Output().print_sections(section)
+        return capsys.readouterr().out.splitlines()
+
+    return print_lines
 
 
-def test_section_has_rows_up_to_its_maximum():
+def test_section_has_rows_up_to_its_maximum(print_section):
     table = pd.DataFrame({"time [s]": [1.0, 2.0, 3.0]}, index=["a", "b", "c"])
-    lines = print_section(Section("Event", ("Text.",), table, "Note.", {"time [s]": 1}, 2))
-    assert [line.split() for line in lines[:5]] == [
+    table = table.rename_axis("event")
+    lines = print_section(Section("Events", ("Text.",), table, "Note.", {"time [s]": 1}, 2))
+    assert [line.split() for line in lines[:6]] == [
+        ["Events"],
         ["Text."],
         ["time"],
-        ["Event", "s"],
+        ["event", "s"],
         ["a", "1.0"],
         ["b", "2.0"],
     ]
-    assert lines[5].startswith("And 1 more")
-    assert lines[5].endswith("Note.")
+    assert lines[6].startswith("And 1 more")
+    assert lines[7:] == ["Note."]
 
 
-def test_heads_are_wrapped_if_the_table_is_too_wide():
-    columns = {f"a long title of column {i} [deg/s]": [0.123456] for i in range(6)}
+def test_columns_of_wide_tables_continue_below(print_section):
+    columns = {f"a long title of column {i} [deg/s]": [0.123456] for i in range(12)}
     table = pd.DataFrame(columns, index=["a name of twenty-five chars"])
     lines = print_section(Section("Name", table=table))
     assert max(map(len, lines)) <= 80
-    assert lines[-1].split()[-6:] == ["0.123"] * 6
+    assert sum(line.split().count("0.123") for line in lines) == 12
+    assert sum(line.startswith("a name") for line in lines) > 1
+
+
+def test_sections_are_separated_by_empty_lines(capsys):
+    Output().print_sections(Section("First", ("- an item",)), Section("Second"))
+    assert capsys.readouterr().out.splitlines() == ["First", "- an item", "", "Second"]
+
+
+def test_long_texts_of_pairs_and_warnings_are_wrapped(capsys):
+    words = " ".join(["uncertainty"] * 12)
+    output = Output()
+    output.print_pairs({"name": words})
+    output.print_warnings([words])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert sum(line.count("uncertainty") for line in lines) == 24
+    assert lines[1].startswith("      uncertainty")
+
+
+def test_commands_and_paths_are_not_wrapped(capsys):
+    path = f"{'folder/' * 20}file.csv"
+    output = Output()
+    output.print_files({path: "rows"})
+    output.print_commands({"Print": f"mgeo attitude show {path}"})
+    text = capsys.readouterr().out
+    assert f"{path}  rows\n" in text
+    assert f"Print:  mgeo attitude show {path}\n" in text
+
+
+def test_quiet_output_is_empty(capsys):
+    output = Output(quiet=True)
+    output.print_sections(Section("Title"))
+    output.print_warnings(["x"])
+    output.print_files({"a": "b"})
+    output.print_commands({"a": "b"})
+    assert capsys.readouterr().out == ""

@@ -196,12 +196,10 @@ def export(
         contents = {path: build_plan_content(picked.plan, path, options) for path in files}
         warnings = [*list_warnings(picked.plan), *warn_of_late_convergence(picked.plan)]
         output = Output(quiet, json)
-        for line in () if quiet else warnings:
-            output.print_note(f"Warning: {line}")
         for path, content in contents.items():
             write_file(path, content)
         if output.is_text:
-            print_export(picked, contents, spacing, output)
+            print_export(picked, contents, warnings, spacing, output)
     output.print_document({"files": [str(path) for path in contents], "warnings": warnings})
 
 
@@ -223,7 +221,6 @@ def check(
     """
     import numpy as np
 
-    from mgeo._text import wrap_text
     from mgeo.plugins.problems import read_scenario
     from mgeo_attitude.filter.reference import compare_filters
     from mgeo_attitude.plan.run_folder import PROBLEM
@@ -238,12 +235,10 @@ def check(
     agrees = difference.is_within(TOLERANCE)
     verdict = "agrees" if agrees else "does NOT agree"
     ends = "equal" if difference.has_equal_ends else "DIFFERENT"
-    output.print(
-        wrap_text(
-            f"The compiled filter {verdict} with filterpy: the largest relative difference of a "
-            f"variance is {difference.max_difference:.2g}, with a tolerance of {TOLERANCE:g}. "
-            f"The convergence times are {ends}."
-        ),
+    output.print_text(
+        f"The compiled filter {verdict} with filterpy: the largest relative difference of a "
+        f"variance is {difference.max_difference:.2g}, with a tolerance of {TOLERANCE:g}. "
+        f"The convergence times are {ends}.",
         f"Compared: {difference.n_designs} random plans of {problem.scenario.name}, "
         f"{difference.n_samples:,} filter steps.",
     )

@@ -3,47 +3,51 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import pandas as pd
-
-from mgeo._text import wrap_text
-from mgeo.plugins.review import format_table
-from mgeo.terminal import Output, build_console
+from mgeo.terminal import Output
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.export_formats import find_format
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 
 def print_export(
-    selected: SelectedPlan, contents: Mapping[Path, bytes], spacing: float, output: Output
+    selected: SelectedPlan,
+    contents: Mapping[Path, bytes],
+    warnings: Sequence[str],
+    spacing: float,
+    output: Output,
 ) -> None:
-    """Print the files that were written with their contents, and the next commands.
+    """Print the warnings, the files that were written with their contents, and the next commands.
 
     Parameters
     ----------
     selected : SelectedPlan
     contents : mapping of Path to bytes
         Contents of the files.
+    warnings : sequence of str
     spacing : float
         Largest time between attitudes [s].
     output : Output
     """
-    plan, width = selected.plan, build_console().width
-    rows = {
-        str(path): (find_format(path).name, _describe_content(plan, path, content, spacing))
-        for path, content in contents.items()
-    }
-    table = pd.DataFrame.from_dict(rows, "index", columns=["format", "contents"])
-    title = f"Exported {selected.name}, scenario {plan.scenario.name}"
-    output.print(wrap_text(title, width=width), "", format_table(table.rename_axis("file"), width))
+    plan = selected.plan
+    output.print_title(f"Exported {selected.name}, scenario {plan.scenario.name}")
+    output.print_warnings(warnings)
+    output.print_files(
+        {
+            str(path): f"{find_format(path).name}, "
+            f"{_describe_content(plan, path, content, spacing)}"
+            for path, content in contents.items()
+        }
+    )
     for path in contents:
         if path.suffix == ".json":
-            output.print(
-                "",
-                f"Next: mgeo attitude show {path}",
-                f"      mgeo attitude verify {path}  (with the package mgeo-calibration)",
+            output.print_commands(
+                {
+                    "Print the plan": f"mgeo attitude show {path}",
+                    "Verify the plan by simulation": f"mgeo attitude verify {path}",
+                }
             )
 
 

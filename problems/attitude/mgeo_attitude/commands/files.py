@@ -10,7 +10,6 @@ from mgeo.store.atomic import check_writable
 from mgeo_attitude.plan.files import read_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import CHOICES, read_front
-from mgeo_attitude.plan.summary import list_warnings
 
 
 @dataclass(frozen=True)
@@ -27,10 +26,6 @@ class SelectedPlan:
     def summary(self) -> str:
         """One line of text with the name, convergence time and predicted 1-sigmas of the plan."""
         return f"{self.name}: {self.plan.summary}"
-
-    def list_warnings(self) -> list[str]:
-        """Return one line of text for each warning; see `plan.summary.list_warnings`."""
-        return [f"Warning: {line}" for line in list_warnings(self.plan)]
 
 
 def load_plan(

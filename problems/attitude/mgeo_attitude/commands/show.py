@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from mgeo._text import wrap_text
-from mgeo.plugins.review import build_records, format_section
+from mgeo.plugins.review import build_records
 from mgeo.report.review_page import render_review_page
 from mgeo.store.atomic import write_file
-from mgeo.terminal import Output, build_console, escape_text
+from mgeo.terminal import Output
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.plan.figures import build_plan_figures
@@ -30,20 +30,20 @@ def print_plan(selected: SelectedPlan, keys: Collection[str], output: Output) ->
         Names of the sections.
     output : Output
     """
-    plan, width = selected.plan, build_console().width
+    plan = selected.plan
     name = f"{selected.name[0].upper()}{selected.name[1:]}"
-    title = f"{name}, scenario {plan.scenario.name}"
-    for section in build_sections(plan, keys):
-        if section.key == SUMMARY:
-            output.print(escape_text(title, "bold"), format_section(section, width))
-            for line in (*list_warnings(plan), *warn_of_late_convergence(plan)):
-                output.print(wrap_text(f"Warning: {line}", "  ", width))
-        else:
-            output.print(escape_text(f"\n{section.title}", "bold"), format_section(section, width))
+    sections = build_sections(plan, keys)
+    if SUMMARY in keys:
+        summary, *sections = sections
+        title = f"{name}, scenario {plan.scenario.name}"
+        output.print_sections(replace(summary, title=title))
+        output.print_warnings([*list_warnings(plan), *warn_of_late_convergence(plan)])
+        if sections:
+            output.print("")
+    output.print_sections(*sections)
     others = [key for key in SECTION_KEYS if key not in keys]
     if others:
-        text = f"Other sections: {', '.join(others)}. Use --section NAME, or --all."
-        output.print("", wrap_text(text, width=width))
+        output.print_text("", f"Other sections: {', '.join(others)}. Use --section NAME, or --all.")
 
 
 def build_plan_document(selected: SelectedPlan, keys: Collection[str]) -> dict[str, Any]:

@@ -127,7 +127,7 @@ HOLD_LABEL = "constant-rate hold"
 #: Prefix of the label of a ramp.
 RAMP_PREFIX = "ramp to "
 #: Suffix of the label of a phase that only serves runs in which the filter converges late.
-LATE_CONVERGENCE_SUFFIX = ", for late convergence"
+AFTER_CONVERGENCE_SUFFIX = ", after nominal convergence"
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Phase:
     ----------
     label : str
         ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or `HOLD_LABEL`. After the
-        time of `split_phases`, the label ends with `LATE_CONVERGENCE_SUFFIX`.
+        time of `split_phases`, the label ends with `AFTER_CONVERGENCE_SUFFIX`.
     start, end : float
         Start and end [s] after the epoch.
     rates_deg_s : tuple of three floats
@@ -243,7 +243,7 @@ def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ..
     converges late.
 
     A ramp that contains the time is not split. Labels of later phases end with
-    `LATE_CONVERGENCE_SUFFIX`.
+    `AFTER_CONVERGENCE_SUFFIX`.
 
     Parameters
     ----------
@@ -268,7 +268,7 @@ def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ..
             )
             result.append(before)
             start = time
-        label = f"{phase.label}{LATE_CONVERGENCE_SUFFIX}"
+        label = f"{phase.label}{AFTER_CONVERGENCE_SUFFIX}"
         angle = _compute_angle_share(phase, phase.end - start)
         result.append(replace(phase, label=label, start=start, rotation_deg=angle))
     return tuple(result)

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from pydantic.dataclasses import dataclass
 
+from mgeo._text import format_duration
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.filter.history import FilterHistory, run_filter
@@ -28,7 +29,6 @@ from mgeo_attitude.trajectory.trajectory import SlewBack, Trajectory
 from mgeo_attitude.view.maneuver_view import ManeuverView
 from mgeo_attitude.view.observability import covariance, error_budget, improvements
 from mgeo_attitude.view.overview import build_accuracy_table
-from mgeo_attitude.view.summaries import format_duration
 
 #: Remaining share of an initial 1-sigma above which an error counts as not calibrated.
 UNCALIBRATED_SHARE = 0.5

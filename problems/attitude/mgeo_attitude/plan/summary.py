@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from mgeo._text import format_duration
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.view.summaries import describe_ends, format_duration
+from mgeo_attitude.view.summaries import describe_ends
 
 
 def describe_plan(plan: ManeuverPlan) -> list[str]:

@@ -86,11 +86,12 @@ def build_review(plan: ManeuverPlan) -> Review:
         text[:_STAMP_LENGTH]
         for text in format_time_stamps(plan.scenario.epoch, np.array([0.0, plan.duration]))
     )
-    title = f"{plan.scenario.name}: calibration maneuvers, {start} to {end} UTC"
+    title = f"{plan.scenario.name}: calibration maneuvers"
     summary, *sections = build_sections(plan)
     warnings = tuple(list_warnings(plan))
     first = [Section("Warnings", warnings, key="warnings")] if warnings else []
-    return Review(title, " ".join(summary.lines), (*first, *sections))
+    text = " ".join((*summary.lines, f"From {start} to {end} UTC."))
+    return Review(title, text, (*first, *sections))
 
 
 def _build_constraint_table(plan: ManeuverPlan) -> pd.DataFrame:

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from mgeo._text import format_duration
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.lower_bound.curves import LowerBound
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
@@ -16,7 +17,6 @@ from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import list_block_units
-from mgeo_attitude.view.summaries import format_duration
 
 #: Relative tolerance for rounding errors of the filter, which the lower bound does not include.
 _ROUNDING = 1e-9

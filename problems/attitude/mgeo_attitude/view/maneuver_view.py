@@ -4,6 +4,7 @@ display.
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,6 +68,12 @@ class ManeuverView(Plans):
 
     def front_table(self) -> pd.DataFrame:
         return overview.build_front_table(self)
+
+    def format_title(self, name: str) -> str:
+        """Return a column title with the words of the field in place of ``t_end`` and ``trace``."""
+        event = "end" if self.problem.model.ends_with_last_maneuver else "convergence"
+        title = name.replace("t_end", f"{event} time").removesuffix(" [-]").replace(" [-],", ",")
+        return re.sub(r"\btrace$|\btrace(?=,)", "trace of covariance", title)
 
     def warnings(self) -> list[str]:
         """Return warnings on the plans as a group, and the `notes` on the scenario.

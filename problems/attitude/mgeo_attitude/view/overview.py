@@ -16,8 +16,8 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.history import run_filter
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.maneuvers.motion import (
+    AFTER_CONVERGENCE_SUFFIX,
     HOLD_LABEL,
-    LATE_CONVERGENCE_SUFFIX,
     RAMP_PREFIX,
     Phase,
 )
@@ -165,7 +165,7 @@ def _describe_omitted_maneuvers(plans: Plans, table: pd.DataFrame) -> str:
 def _name_phase(trajectory: Trajectory, phase: Phase) -> str:
     if phase.start >= trajectory.design_end:
         return "slew back"
-    if phase.label.endswith(LATE_CONVERGENCE_SUFFIX) or phase.label == HOLD_LABEL:
+    if phase.label.endswith(AFTER_CONVERGENCE_SUFFIX) or phase.label == HOLD_LABEL:
         return "hold"
     return phase.label.removeprefix(RAMP_PREFIX).removeprefix("maneuver ")
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from mgeo._text import format_duration
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.environment.constants import EARTH_RADIUS
@@ -23,7 +24,6 @@ from mgeo_attitude.settings.base import get_annotation
 from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.margins import compute_interval_margins
-from mgeo_attitude.view.summaries import format_duration
 
 _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
@@ -33,7 +33,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
 
     The topics are satellite, time, orbit, Sun, eclipses, magnetic field, maneuvers, constraints,
     each with its margin while the satellite holds its initial attitude, and the validity of the
-    predicted covariance. The computation takes about 0.1 s.
+    predicted accuracy. The computation takes about 0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
     end = _compute_end(scenario)
@@ -54,7 +54,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     constraints = [*margins, *unknown] or ["none"]
     for number, text in enumerate(constraints, 1):
         topics[f"constraint {number}" if len(constraints) > 1 else "constraint"] = text
-    topics["predicted covariance"] = _describe_validity(scenario)
+    topics["predicted accuracy"] = _describe_validity(scenario)
     return topics
 
 

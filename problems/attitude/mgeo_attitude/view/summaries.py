@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from mgeo._text import format_duration, format_two_digits
 from mgeo.evaluation.dominance import find_nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.objectives import OBJECTIVES, PAPER_OBJECTIVES
@@ -116,20 +117,6 @@ def format_convergence_time(t_end: float) -> str:
     if t_end == math.inf:
         return f"fewer than {MONTE_CARLO_SHARE_TEXT} converge"
     return f"{MONTE_CARLO_SHARE_TEXT} converge within {format_duration(t_end)}"
-
-
-def format_duration(seconds: float) -> str:
-    """Format a duration [s] as text in hours, minutes and seconds, such as "1 h 40 min 5 s"."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
-    return " ".join(f"{value} {unit}" for value, unit in parts if value) or "0 s"
-
-
-def format_two_digits(value: float) -> str:
-    """Format a positive number with two significant digits, without rounding its integer part."""
-    digits = 1 - math.floor(math.log10(float(f"{value:.1e}")))
-    return f"{value:.{max(digits, 0)}f}"
 
 
 def build_plan_table(plans: Plans) -> pd.DataFrame:

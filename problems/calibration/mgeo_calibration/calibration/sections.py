@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from mgeo._text import format_two_digits
 from mgeo.plugins.review import Section
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.consistency_tests import ALL_STATES, SIGNIFICANCE
@@ -49,8 +50,12 @@ def build_summary_sections(
             if calibration.is_consistent
             else "Calibration parameters, not to be used",
             table=_build_parameter_table(table),
-            lines=_describe_corrections(calibration),
-            note="1-sigma and initial 1-sigma: worst axis of each parameter.",
+            note="\n".join(
+                [
+                    "1-sigma and initial 1-sigma: worst axis of each parameter.",
+                    *_describe_corrections(calibration),
+                ]
+            ),
         )
     ]
     if predicted is not None:
@@ -125,14 +130,18 @@ def build_detail_sections(
             Section(
                 "Errors that the scenario does not model",
                 table=_build_model_table(calibration),
-                lines=tuple(
-                    f"- {test.name}: {test.description}"
-                    + (f"; {test.alternatives}." if test.alternatives else ".")
-                    for test in calibration.model_tests
-                    if test.degrees_of_freedom
+                note="\n".join(
+                    [
+                        "An error is found if p is below the bound and no other error explains the "
+                        "data better. Estimates if the error existed:",
+                        *(
+                            f"- {test.name}: {test.description}"
+                            + (f"; {test.alternatives}." if test.alternatives else ".")
+                            for test in calibration.model_tests
+                            if test.degrees_of_freedom
+                        ),
+                    ]
                 ),
-                note="Estimates if the error existed. An error is found if p is below the bound "
-                "and no other error explains the data better.",
             )
         )
     outliers = calibration.build_outlier_table()
@@ -162,8 +171,8 @@ def build_prediction_section(predicted: pd.DataFrame, *, by_axis: bool) -> Secti
     shown = pd.DataFrame(
         {
             "unit": table["unit"],
-            "predicted": table["predicted"].map(format_sigma),
-            "achieved": table["achieved"].map(format_sigma),
+            "predicted": table["predicted"].map(format_two_digits),
+            "achieved": table["achieved"].map(format_two_digits),
             "ratio": table["ratio"].map("{:.2f}".format),
         }
     )
@@ -185,7 +194,7 @@ def build_recalibration_section(first: Calibration, second: Calibration) -> Sect
                 row["unit"],
                 "" if np.isnan(old) else format_with_decimals(old, sigma),
                 format_with_decimals(row["estimate"], sigma),
-                format_sigma(sigma),
+                format_two_digits(sigma),
                 f"{row['change / sigma [-]']:.2f}",
             )
         )
@@ -209,14 +218,9 @@ def _format_bound(bound: float) -> str:
     return f"{bound:.3g}" if bound >= 0.01 else f"{bound:.2g}"
 
 
-def format_sigma(sigma: float) -> str:
-    """Format a positive number with two significant digits, without an exponent if it is large."""
-    return f"{sigma:.2g}" if sigma < 100.0 else f"{sigma:.0f}"
-
-
 def _format_row(row: dict[Any, Any]) -> tuple[str, str, str]:
     value = format_with_decimals(row["estimate"], row["sigma"])
-    return value, format_sigma(row["sigma"]), format_sigma(row["prior_sigma"])
+    return value, format_two_digits(row["sigma"]), format_two_digits(row["prior_sigma"])
 
 
 def _build_parameter_table(table: pd.DataFrame) -> pd.DataFrame:
@@ -224,7 +228,7 @@ def _build_parameter_table(table: pd.DataFrame) -> pd.DataFrame:
     for block, axes in table.groupby("block", sort=False):
         sigma = axes["sigma"].max()
         values = [format_with_decimals(value, sigma) for value in axes["estimate"]]
-        sigmas = map(format_sigma, (sigma, axes["prior_sigma"].max()))
+        sigmas = map(format_two_digits, (sigma, axes["prior_sigma"].max()))
         rows.append((format_label(str(block)), axes["unit"].iloc[0], *values, *sigmas))
     columns = ["parameter", "unit", "x", "y", "z", "1-sigma", "initial 1-sigma"]
     return pd.DataFrame(rows, columns=columns)

@@ -15,7 +15,7 @@ from mgeo_attitude.commands.app import USER_ERRORS, Overwrite, Pick, Solution, S
 from mgeo.cli.errors import ExitCode, convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json, Quiet
-from mgeo.terminal import Output, format_json, to_records
+from mgeo.terminal import Output, format_json
 
 app = typer.Typer()
 
@@ -138,6 +138,7 @@ def fly(
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
 
+    from mgeo.plugins.review import build_records
     from mgeo.store.atomic import encode_json, write_file
     from mgeo_calibration.commands import fly as command
     from mgeo_calibration.simulators.plan_comparison import compare_with_plan
@@ -165,7 +166,7 @@ def fly(
         {
             "files": list(files),
             "n_samples": len(telemetry.times),
-            "comparison": to_records(compared),
+            "comparison": build_records(compared),
             "truth": document,
         }
     )

@@ -11,11 +11,11 @@ from mgeo_attitude.commands.files import SelectedPlan, load_plan
 from mgeo_attitude.environment.times import format_instant
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.view.summaries import format_duration
 
-from mgeo.plugins.review import Section
+from mgeo._text import format_duration
+from mgeo.plugins.review import Section, build_records
 from mgeo.store.atomic import check_writable, lock_folder, write_file
-from mgeo.terminal import Output, escape_text, to_records
+from mgeo.terminal import Output
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.diagnosis import CalibrationError
 from mgeo_calibration.calibration.document import build_document, summarize, to_json
@@ -23,12 +23,6 @@ from mgeo_calibration.calibration.sections import (
     build_detail_sections,
     build_recalibration_section,
     build_summary_sections,
-)
-from mgeo_calibration.commands.screen import (
-    print_files,
-    print_next_steps,
-    print_sections,
-    wrap_text,
 )
 
 #: Files of the output folder and their contents, in the order of writing.
@@ -160,20 +154,21 @@ def print_calibration(
     if has_details:
         sections += build_detail_sections(calibration, predicted)
     use = " Use the calibration parameters below." if calibration.is_consistent else ""
-    output.print(escape_text(wrap_text(f"{calibration.conclusion}{use}"), "bold"))
-    output.print(
+    output.print_title(f"{calibration.conclusion}{use}")
+    output.print_text(
         f"Estimates at {calibration.utc[:19]} UTC, {format_duration(calibration.time)} after the "
         "epoch.",
         f"Attitude accuracy: {calibration.attitude_sigma_deg:.2g} deg (1-sigma, worst body axis).",
+        "",
     )
-    print_sections(sections, output)
-    print_files({file: FILES[Path(file).name] for file in files}, output)
-    steps = ["Add --all to print every axis and every test."] if not has_details else []
+    output.print_sections(*sections)
+    output.print_files({file: FILES[Path(file).name] for file in files})
+    commands = {} if has_details else {"Print every axis and test": "add --all"}
     if not files:
-        steps.append("Add --out DIR to write the results and an HTML report.")
+        commands["Write results and report"] = "add --out DIR"
     elif calibration.is_consistent:
-        steps.append(f"Plan the next maneuvers: mgeo solve attitude --after {files[-1]}")
-    print_next_steps(steps, output)
+        commands["Plan further maneuvers"] = f"mgeo solve attitude --after {files[-1]}"
+    output.print_commands(commands)
 
 
 def print_checks(error: CalibrationError, output: Output) -> None:
@@ -181,7 +176,7 @@ def print_checks(error: CalibrationError, output: Output) -> None:
     lines = [
         f"- {name}: {'; '.join(findings) or 'passed'}." for name, findings in error.checks.items()
     ]
-    print_sections([Section("Checks of the telemetry", lines=tuple(lines))], output)
+    output.print_sections(Section("Checks of the telemetry", lines=tuple(lines)))
     output.print_document({"error": str(error), "checks": dict(error.checks)})
 
 
@@ -193,7 +188,7 @@ def build_calibration_document(
     """
     return {
         **summarize(calibration),
-        "predicted": [] if predicted is None else to_records(predicted),
+        "predicted": [] if predicted is None else build_records(predicted),
         "files": files,
         **build_document(calibration),
     }

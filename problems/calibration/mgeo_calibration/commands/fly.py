@@ -8,17 +8,11 @@ from pathlib import Path
 import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.view.summaries import format_duration
+from mgeo_attitude.plan.summary import list_warnings
 
+from mgeo._text import format_duration
 from mgeo.plugins.review import Section
-from mgeo.terminal import Output, escape_text
-from mgeo_calibration.commands.screen import (
-    print_files,
-    print_next_steps,
-    print_sections,
-    print_warnings,
-    wrap_text,
-)
+from mgeo.terminal import Output
 from mgeo_calibration.simulators.plan_comparison import VIOLATED_COLUMN
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -127,20 +121,20 @@ def print_simulation(
         f"Simulated {format_duration(telemetry.times[-1])} with the {simulator} simulator: "
         f"{len(telemetry.times)} samples of {', '.join(['gyro', *telemetry.sensors])}."
     )
-    output.print(escape_text(wrap_text(text), "bold"), wrap_text(f"Plan: {picked.summary}"))
+    output.print_title(text)
+    output.print_text(f"Plan: {picked.summary}.")
     violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
-    print_warnings([*picked.list_warnings(), *violations], output)
+    output.print_warnings([*list_warnings(plan), *violations])
     note = "Values without margin."
     if plan.scenario.is_magnetorquer_driven:
         note += " Magnetorquers act in the true attitude, which is not controlled to the plan."
     title = f"True motion and plan until {format_duration(comparison.attrs['time_s'])}"
-    print_sections([build_comparison_section(title, comparison, note)], output)
-    print_files(files, output)
+    output.print("")
+    output.print_sections(build_comparison_section(title, comparison, note))
+    output.print_files(files)
     options = "" if picked.solution is None else f" --solution {picked.solution}"
     command = f"mgeo attitude calibrate {next(iter(files))} --plan {source}{options}"
-    steps = [f"Calibrate: {command}"]
+    commands = {"Calibrate": command}
     if len(files) == 1:
-        steps.append(
-            "Add --truth FILE.json to write the true errors, and to continue with --after."
-        )
-    print_next_steps(steps, output)
+        commands["Write the true errors"] = "add --truth FILE.json"
+    output.print_commands(commands)

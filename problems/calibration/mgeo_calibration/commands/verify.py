@@ -10,20 +10,13 @@ import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
-from mgeo_attitude.view.summaries import format_duration
+from mgeo_attitude.plan.summary import list_warnings
 
-from mgeo.plugins.review import Section
-from mgeo.terminal import Output, escape_text, to_records
+from mgeo._text import format_duration, format_two_digits
+from mgeo.plugins.review import Section, build_records
+from mgeo.terminal import Output
 from mgeo_calibration.calibration.corrections import format_label
-from mgeo_calibration.calibration.sections import format_sigma
 from mgeo_calibration.commands.fly import build_comparison_section
-from mgeo_calibration.commands.screen import (
-    print_files,
-    print_next_steps,
-    print_sections,
-    print_warnings,
-    wrap_text,
-)
 from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
 from mgeo_calibration.verification import (
     FILTER_RATIO,
@@ -59,19 +52,20 @@ def print_verification(
         Whether to print every axis in place of the worst axis of each quantity.
     """
     plan = picked.plan
-    output.print(escape_text(wrap_text(format_conclusion(verification)), "bold"))
+    output.print_title(format_conclusion(verification))
     violations = plan.list_violations()
     if violations:
-        text = f"The plan violates constraints of its scenario: {'; '.join(violations)}."
-        output.print(escape_text(wrap_text(text), "bold"))
-    output.print(wrap_text(f"Plan: {picked.summary}"))
-    print_warnings(picked.list_warnings(), output)
-    if suggestions := tuple(f"- {line}" for line in list_suggestions(plan, verification)):
-        print_sections([Section("Suggestions", lines=suggestions)], output)
-    print_sections(build_sections(plan, verification, has_all_axes=has_all_axes), output)
-    if target:
-        print_files({str(target): "result, which `mgeo report` shows"}, output)
-    print_next_steps([] if has_all_axes else ["Add --all to print every axis."], output)
+        output.print_title(
+            f"The plan violates constraints of its scenario: {'; '.join(violations)}."
+        )
+    output.print_text(f"Plan: {picked.summary}.")
+    output.print_warnings(list_warnings(plan))
+    suggestions = tuple(f"- {line}" for line in list_suggestions(plan, verification))
+    sections = [Section("Suggestions", suggestions)] if suggestions else []
+    output.print("")
+    output.print_sections(*sections, *build_sections(plan, verification, has_all_axes=has_all_axes))
+    output.print_files({str(target): "result, which `mgeo report` shows"} if target else {})
+    output.print_commands({} if has_all_axes else {"Print every axis": "add --all"})
 
 
 def build_sections(
@@ -132,8 +126,8 @@ def _build_error_table(verification: Verification, states: list[str]) -> pd.Data
         {
             "quantity": [format_label(state) for state in states],
             "unit": table["unit"].to_numpy(),
-            "predicted 1-sigma": [format_sigma(value) for value in table["predicted"]],
-            "rms error": [format_sigma(value) for value in table["rms"]],
+            "predicted 1-sigma": [format_two_digits(value) for value in table["predicted"]],
+            "rms error": [format_two_digits(value) for value in table["rms"]],
             "rms / predicted": [f"{value:.2f}" for value in table[PREDICTED_RATIO]],
             "rms / filter 1-sigma": [f"{value:.2f}" for value in table[FILTER_RATIO]],
             "result": ["FAILED" if state in failed else "passed" for state in states],
@@ -187,9 +181,9 @@ def build_verification_document(
         "problem": PROBLEM,
         "options": plan.problem.to_options(),
         "design": list(plan.design),
-        "path_constraints": to_records(verification.path_constraints),
-        "gyro_guidance": to_records(verification.gyro_guidance),
-        "monte_carlo": to_records(plan.compare_with_monte_carlo()),
+        "path_constraints": build_records(verification.path_constraints),
+        "gyro_guidance": build_records(verification.gyro_guidance),
+        "monte_carlo": build_records(plan.compare_with_monte_carlo()),
     }
 
 

@@ -11,11 +11,11 @@ from typing import Annotated
 
 import typer
 
-from mgeo._text import wrap_text
 from mgeo.cli.errors import convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json
-from mgeo.terminal import Output, build_table, escape_text
+from mgeo.plugins.review import Section
+from mgeo.terminal import Output
 
 app = typer.Typer(help="List the sensors of a catalog, and summarize a front of sensor suites.")
 
@@ -40,6 +40,8 @@ def catalog(
     debug: Debug = False,
 ) -> None:
     """Print the price, mass, power and source of each sensor grade of a catalog."""
+    import pandas as pd
+
     from mgeo_suite.catalog import SECTIONS, Catalog
 
     with convert_input_errors():
@@ -51,10 +53,15 @@ def catalog(
         for section in SECTIONS
         for grade in getattr(selected, section)
     ]
-    rows = [(name, cost.price_keur, cost.mass_g, cost.power_mw) for name, cost in grades]
-    output.print(build_table(("sensor", "price [kEUR]", "mass [g]", "power [mW]"), rows))
-    output.print(escape_text("\nSources", "bold"))
-    output.print(*(wrap_text(f"{name}: {cost.source}", "  ") for name, cost in grades))
+    rows = [
+        (name, *(f"{value:g}" for value in (cost.price_keur, cost.mass_g, cost.power_mw)))
+        for name, cost in grades
+    ]
+    table = pd.DataFrame(rows, columns=["sensor", "price [kEUR]", "mass [g]", "power [mW]"])
+    output.print_sections(
+        Section("", table=table),
+        Section("Sources", tuple(f"- {name}: {cost.source}" for name, cost in grades)),
+    )
 
 
 @app.command(epilog=format_examples("conclude", EXAMPLES))
@@ -72,6 +79,8 @@ def conclude(
     debug: Debug = False,
 ) -> None:
     """Print the most accurate suite within each budget, and the lowest price of each accuracy."""
+    import pandas as pd
+
     from mgeo.plugins.problems import load_problem
     from mgeo.store.run_folder import read_run
     from mgeo_suite.front_summary import find_best_suites, find_lowest_prices
@@ -96,27 +105,22 @@ def conclude(
     prices = find_lowest_prices(problem, X, F)
     output = Output(json=json)
     output.print_document({"folder": str(run), "budgets": suites, "accuracies": prices})
-    output.print(
-        escape_text("Most accurate suite within each budget", "bold"),
-        build_table(
-            ("budget [kEUR]", "price [kEUR]", "attitude 1-sigma [deg]", "solution"),
-            [
-                [_format(each[key]) for key in ("budget_keur", "price_keur")]
-                + [_format(each["attitude_sigma_deg"], 2), _format(each["solution"])]
-                for each in suites
-            ],
-        ),
-        *(
-            wrap_text(f"{each['budget_keur']:g} kEUR: {each['suite'] or 'no suite'}", "  ")
-            for each in suites
-        ),
-        escape_text("\nLowest price of each accuracy", "bold"),
-        build_table(
-            ("attitude 1-sigma [deg]", "price [kEUR]", "without star tracker [kEUR]"),
-            [[_format(value) for value in each.values()] for each in prices],
-        ),
-        f"\nNext: mgeo report {run} --solution N",
+    within_budgets = pd.DataFrame(
+        {
+            "budget [kEUR]": [_format(each["budget_keur"]) for each in suites],
+            "price [kEUR]": [_format(each["price_keur"]) for each in suites],
+            "attitude 1-sigma [deg]": [_format(each["attitude_sigma_deg"], 2) for each in suites],
+            "solution": [_format(each["solution"]) for each in suites],
+        }
     )
+    titles = ["attitude 1-sigma [deg]", "price [kEUR]", "without star tracker [kEUR]"]
+    lowest = [[_format(value) for value in each.values()] for each in prices]
+    texts = (f"- {each['budget_keur']:g} kEUR: {each['suite'] or 'no suite'}" for each in suites)
+    output.print_sections(
+        Section("Most accurate suite within each budget", (), within_budgets, "\n".join(texts)),
+        Section("Lowest price of each accuracy", table=pd.DataFrame(lowest, columns=titles)),
+    )
+    output.print_commands({"Show a suite": f"mgeo report {run} --solution N"})
 
 
 def _format(value: float | None, digits: int = 3) -> str:

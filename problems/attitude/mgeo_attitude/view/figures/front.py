@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
+from mgeo._text import format_duration, format_two_digits
 from mgeo.evaluation.dominance import find_front_rows
 from mgeo.figures.front import needs_log_axis
 from mgeo.figures.style import (
@@ -28,12 +29,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.view.figures.style import PlottedSolutions
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT
-from mgeo_attitude.view.summaries import (
-    format_duration,
-    format_maneuvers,
-    format_nominal_suffix,
-    format_two_digits,
-)
+from mgeo_attitude.view.summaries import format_maneuvers, format_nominal_suffix
 
 #: Relative margin on both sides of an axis.
 _MARGIN = 0.05

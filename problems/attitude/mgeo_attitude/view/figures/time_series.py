@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from mgeo._text import format_duration, format_two_digits
 from mgeo.figures.style import apply_style, build_log_axis_layout
 from mgeo.runs.summary import find_knee
 from mgeo_attitude._typing import Floats
@@ -25,11 +26,7 @@ from mgeo_attitude.view.figures.style import (
     compute_panels_height,
 )
 from mgeo_attitude.view.plans import Plans, select_sample_rows
-from mgeo_attitude.view.summaries import (
-    format_duration,
-    format_nominal_suffix,
-    format_two_digits,
-)
+from mgeo_attitude.view.summaries import format_nominal_suffix
 
 #: Color of the constant-rate hold, visible on light and on dark pages.
 _HOLD_COLOR = "rgba(128,128,128,0.15)"
