@@ -113,7 +113,7 @@ def test_infeasible_scenarios(folder):
 def test_rate_random_walk_from_a_bias_stability():
     """The least Allan deviation of simulated noise is the stability in the tutorial's formula."""
     page = (DOCS / "tutorials/attitude-control.md").read_text(encoding="utf-8")
-    (factor,) = re.findall(r"`rate_random_walk` \| (\S+) · B² / N, of B in", page)
+    (factor,) = re.findall(r"`rate_random_walk` \| (\S+) · B² / N, with B in", page)
     stability, walk = 2.0, 0.15  # °/h, °/√h
     gyro = Gyro(
         angle_random_walk_deg_per_sqrt_h=walk, rate_random_walk=float(factor) * stability**2 / walk
