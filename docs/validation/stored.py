@@ -87,28 +87,39 @@ def list_plans(results: dict[str, dict[str, Any]]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def draw_uncertainties(results: dict[str, dict[str, Any]]) -> go.Figure:
+def list_uncertainties(results: dict[str, dict[str, Any]]) -> pd.DataFrame:
+    """Return NEES per state for each preset, changed initial uncertainty, value and filter, with
+    its bounds for perfect filters.
+    """
+    rows = []
+    for key, row in results.items():
+        group, preset, rest = key.split("/", 2)
+        if group == "map":
+            quantity, value, name = rest.rsplit("/", 2)
+            rows.append((preset, quantity, float(value), name, *row["criteria"]["nees"]))
+    columns = ["preset", "quantity", "value", "filter", "nees", "low", "high"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def find_consistent_ranges(rows: pd.DataFrame) -> dict[str, float]:
+    """Return, for each quantity, the largest initial 1-sigma up to which the default filter is
+    consistent with all presets.
+    """
+    ranges = {}
+    for quantity, each in rows[rows["filter"] == DEFAULT_FILTER].groupby("quantity"):
+        excess = each.groupby("value")[["nees", "high"]].max()
+        is_consistent = (excess["nees"] <= excess["high"]).cummin()
+        ranges[str(quantity)] = float(excess.index[is_consistent].max())
+    return ranges
+
+
+def draw_uncertainties(rows: pd.DataFrame) -> go.Figure:
     """Draw NEES per state over each initial uncertainty, for two presets and two filters."""
-    keys = [key.split("/", 2) for key in results if key.startswith("map/")]
-    rows = pd.DataFrame(
-        [
-            (preset, *rest.replace("deg/s]", "deg per s]").rsplit("/", 2))
-            for _, preset, rest in keys
-        ],
-        columns=["preset", "quantity", "value", "filter"],
-    )
-    rows["nees"] = [
-        row["criteria"]["nees"][0] for key, row in results.items() if key.startswith("map/")
-    ]
-    rows["quantity"] = rows["quantity"].str.replace("deg per s]", "deg/s]")
-    rows["value"] = rows["value"].astype(float)
-    (low, high), *_ = (
-        row["criteria"]["nees"][1:] for key, row in results.items() if key.startswith("map/")
-    )
+    low, high = rows.loc[0, ["low", "high"]]
     quantities = list(rows["quantity"].unique())
     figure = make_subplots(rows=len(quantities), vertical_spacing=0.13)
     for panel, quantity in enumerate(quantities, 1):
-        figure.add_hrect(y0=low, y1=high, fillcolor=GRAY, opacity=0.3, line_width=0, row=panel)
+        add_band(figure, low, high, panel)
         for index, preset in enumerate(PRESETS):
             for name, dash in ((DEFAULT_FILTER, "solid"), ("plain", "dash")):
                 is_shown = (rows[["preset", "quantity", "filter"]] == [preset, quantity, name]).all(
@@ -165,7 +176,7 @@ def draw_errors(table: pd.DataFrame) -> go.Figure:
     for panel, preset in enumerate(PRESETS, 1):
         errors = compute_errors(table[table["preset"] == preset])
         positions = np.linspace(-0.3, 0.3, len(errors))
-        figure.add_hrect(y0=-3, y1=3, fillcolor=GRAY, opacity=0.2, line_width=0, row=panel, col=1)
+        add_band(figure, -3, 3, panel)
         for axis, name in enumerate("xyz"):
             x = np.concatenate([block + positions for block in range(len(STATES))])
             figure.add_scatter(
@@ -183,6 +194,21 @@ def draw_errors(table: pd.DataFrame) -> go.Figure:
     figure.update_xaxes(tickvals=list(range(len(STATES))), ticktext=labels, tickangle=0)
     figure.update_yaxes(title="error / estimated 1-sigma", range=[-5, 5])
     return format_for_page(figure, 760).update_layout(margin_t=60)
+
+
+def add_band(figure: go.Figure, low: float, high: float, panel: int) -> None:
+    """Add a gray band between two ordinates to a panel of a figure."""
+    figure.add_hrect(
+        y0=low,
+        y1=high,
+        fillcolor=GRAY,
+        opacity=0.25,
+        line_width=0,
+        layer="below",
+        row=panel,
+        col=1,
+        exclude_empty_subplots=False,
+    )
 
 
 def format_for_page(figure: go.Figure, height: int) -> go.Figure:
