@@ -32,6 +32,14 @@ STATES = (
 #: Probability that a value of a consistent filter is within the bounds.
 COVERAGE = 0.99
 _LARGEST_NEES = 30.0
+#: Style of a gray band in an empty panel.
+_BAND = {
+    "fillcolor": GRAY,
+    "opacity": 0.25,
+    "line_width": 0,
+    "layer": "below",
+    "exclude_empty_subplots": False,
+}
 
 
 def read_results(name: str) -> list[dict[str, Any]]:
@@ -119,7 +127,7 @@ def draw_uncertainties(rows: pd.DataFrame) -> go.Figure:
     quantities = list(rows["quantity"].unique())
     figure = make_subplots(rows=len(quantities), vertical_spacing=0.13)
     for panel, quantity in enumerate(quantities, 1):
-        add_band(figure, low, high, panel)
+        figure.add_hrect(y0=low, y1=high, **_BAND, row=panel, col=1)
         for index, preset in enumerate(PRESETS):
             for name, dash in ((DEFAULT_FILTER, "solid"), ("plain", "dash")):
                 is_shown = (rows[["preset", "quantity", "filter"]] == [preset, quantity, name]).all(
@@ -171,19 +179,19 @@ def compute_block_ratios(table: pd.DataFrame, relative_to: str) -> np.ndarray:
 
 
 def draw_errors(table: pd.DataFrame) -> go.Figure:
-    """Draw the errors of all flights over their estimated 1-sigma, by block of states."""
-    figure = make_subplots(rows=len(PRESETS), subplot_titles=PRESETS, vertical_spacing=0.14)
+    """Draw the errors of all flights over their estimated 1-sigma, by block of states and axis."""
+    figure = make_subplots(rows=len(PRESETS), subplot_titles=PRESETS, vertical_spacing=0.1)
+    blocks = np.arange(len(STATES))
     for panel, preset in enumerate(PRESETS, 1):
         errors = compute_errors(table[table["preset"] == preset])
-        positions = np.linspace(-0.3, 0.3, len(errors))
-        add_band(figure, -3, 3, panel)
+        figure.add_vrect(x0=-3, x1=3, **_BAND, row=panel, col=1)
         for axis, name in enumerate("xyz"):
-            x = np.concatenate([block + positions for block in range(len(STATES))])
+            offsets = np.linspace(-0.1, 0.1, len(errors)) + 0.27 * (axis - 1)
             figure.add_scatter(
-                x=x.round(3).tolist(),
-                y=errors[:, axis::3].T.ravel().round(2).tolist(),
+                x=errors[:, axis::3].T.ravel().round(2).tolist(),
+                y=np.add.outer(blocks, offsets).ravel().round(3).tolist(),
                 mode="markers",
-                marker={"size": 4, "color": COLORS[axis], "symbol": SYMBOLS[axis]},
+                marker={"size": 3, "color": COLORS[axis], "symbol": SYMBOLS[axis]},
                 name=name,
                 legendgroup=name,
                 showlegend=panel == 1,
@@ -191,24 +199,9 @@ def draw_errors(table: pd.DataFrame) -> go.Figure:
                 col=1,
             )
     labels = [state.replace(" ", "<br>") for state in STATES]
-    figure.update_xaxes(tickvals=list(range(len(STATES))), ticktext=labels, tickangle=0)
-    figure.update_yaxes(title="error / estimated 1-sigma", range=[-5, 5])
-    return format_for_page(figure, 760).update_layout(margin_t=60)
-
-
-def add_band(figure: go.Figure, low: float, high: float, panel: int) -> None:
-    """Add a gray band between two ordinates to a panel of a figure."""
-    figure.add_hrect(
-        y0=low,
-        y1=high,
-        fillcolor=GRAY,
-        opacity=0.25,
-        line_width=0,
-        layer="below",
-        row=panel,
-        col=1,
-        exclude_empty_subplots=False,
-    )
+    figure.update_yaxes(tickvals=blocks.tolist(), ticktext=labels, autorange="reversed")
+    figure.update_xaxes(title="error / estimated 1-sigma", range=[-5, 5], dtick=1)
+    return format_for_page(figure, 1000).update_layout(margin_t=60)
 
 
 def format_for_page(figure: go.Figure, height: int) -> go.Figure:
