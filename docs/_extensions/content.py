@@ -14,6 +14,7 @@ SOURCES = (
     "docs/fronts",
     "docs/scenarios",
     "docs/studies",
+    "docs/validation",
     "docs/_extensions",
 )
 _KINDS = {".py", ".pyi", ".toml", ".csv", ".json", ".jsonl", ".html", ".js", ".css", ".npz"}

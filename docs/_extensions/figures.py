@@ -14,7 +14,6 @@ from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import compute_wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration import calibrate, simulate_telemetry
 from plotly.subplots import make_subplots
 
 from mgeo.figures.style import SYMBOLS
@@ -265,18 +264,6 @@ def floor() -> go.Figure:
     return figure
 
 
-def calibration() -> go.Figure:
-    """What the example of the page on calibration finds."""
-    scenario = Scenario.from_dict(
-        {"preset": "cubesat_6u", "duration": 3000.0, "initial": {"attitude_deg": 90.0}}
-    )
-    plan = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
-    found: go.Figure = calibrate(
-        scenario, simulate_telemetry(scenario, plan, seed=1)
-    ).draw_figures()["parameters"]
-    return found
-
-
 def suite() -> go.Figure:
     """The stored front of the page on sensor suites."""
     from mgeo_suite import SensorSuiteProblem
@@ -295,7 +282,6 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "tracker": tracker,
     "wheels": wheels,
     "floor": floor,
-    "calibration": calibration,
     "suite": suite,
     **concept_figures.FIGURES,
 }
