@@ -5,6 +5,7 @@ The notebooks of ``../notebooks`` are pages of it, through the link ``docs/tutor
 
 import gc
 import os
+import re
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -92,8 +93,10 @@ def _turn(name: str) -> int:
 
 
 def _adapt_notebook_links(app: Any, name: str, source: list[str]) -> None:
-    """Replace links from ``notebooks`` to ``docs``, which start from the folder of the notebooks in
-    a checkout and from ``docs/tutorials/notebooks`` in the site.
+    """Let links of notebooks start from ``docs``: Sphinx follows the symbolic link to their folder,
+    which is outside of ``docs``.
     """
     if name.startswith("tutorials/notebooks/"):
-        source[0] = source[0].replace("](../docs/", "](../../")
+        text = source[0].replace("](../docs/", "](/")
+        notebook_link = r"\[([^][\n]+)\]\((\w+)\.ipynb\)"
+        source[0] = re.sub(notebook_link, r"{doc}`\1 </tutorials/notebooks/\2>`", text)

@@ -8,6 +8,7 @@ import concept_figures
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
+import portuguese_figures
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, compute_lower_bound
 from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.filter.history import can_measure
@@ -28,6 +29,7 @@ _ERRORS = _FRONTS.parent / "errors.csv"
 SOURCES = (
     Path(__file__),
     Path(concept_figures.__file__),
+    Path(portuguese_figures.__file__),
     _TRACKER,
     *sorted(_FRONTS.glob("*.csv")),
     _ERRORS,
@@ -284,6 +286,7 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "floor": floor,
     "suite": suite,
     **concept_figures.FIGURES,
+    **portuguese_figures.FIGURES,
 }
 
 
