@@ -47,8 +47,6 @@ def test_scenarios_are_read(text):
         "how-to/calibrate-from-telemetry.md",
         "how-to/read-telemetry.md",
         "validation/consistency.md",
-        "how-to/robust-plans.md",
-        "how-to/better-plans.md",
     ],
 )
 def test_python(name, folder):
