@@ -84,7 +84,16 @@ _LAST = ("studies/results", "explanation/paper")
 def setup(app: Any) -> None:
     """Read first what runs longest, so that two processes (``-j 2``) end together."""
     app.connect("env-before-read-docs", lambda app, env, names: names.sort(key=_turn))
+    app.connect("source-read", _adapt_notebook_links)
 
 
 def _turn(name: str) -> int:
     return (name in _LAST) - (name == "tutorials/attitude-control")
+
+
+def _adapt_notebook_links(app: Any, name: str, source: list[str]) -> None:
+    """Replace links from ``notebooks`` to ``docs``, which start from the folder of the notebooks in
+    a checkout and from ``docs/tutorials/notebooks`` in the site.
+    """
+    if name.startswith("tutorials/notebooks/"):
+        source[0] = source[0].replace("](../docs/", "](../../")
