@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 import portuguese_figures
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, compute_lower_bound
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.momentum import MomentumBudget
@@ -66,13 +66,6 @@ _FLOORED = {
 }
 _FLOOR_COLORS = ("#1f5fa8", "#c8501e", "#4a8f3c")
 _ORBIT = 5992.0
-#: Modes of docs/studies/near.py, with name and color of each.
-_NEAR = {
-    "search": ("3, search alone", "#8a8a8a"),
-    "three": ("3, polished", "#c8501e"),
-    "six": ("6, polished", "#e0a000"),
-    "ten": ("10, polished", "#1f5fa8"),
-}
 
 
 def limits() -> go.Figure:
@@ -111,39 +104,6 @@ def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
         height=420,
         margin={"l": 60, "r": 20, "t": 30, "b": 50},
         legend={"orientation": "h", "y": -0.2, "yanchor": "top", "x": 0.0},
-    )
-    return figure
-
-
-def near() -> go.Figure:
-    """Stored fronts of more and more maneuvers, as multiples of the least limit until each time."""
-    table = pd.read_csv(_FRONTS / "near.csv")
-    table = table[table["t_end [s]"] >= 200.0]
-    presets = list(dict.fromkeys(table["preset"]))
-    figure = make_subplots(1, len(presets), subplot_titles=presets, shared_yaxes=True)
-    for column, preset in enumerate(presets, 1):
-        curves = compute_lower_bound(
-            Scenario.from_dict({"preset": preset, "convergence": {"rule": "end"}})
-        )
-        least = np.minimum.accumulate(curves.trace_at_end)
-        for mode, (name, color) in _NEAR.items():
-            rows = table[(table["preset"] == preset) & (table["mode"] == mode)]
-            time, trace = rows["t_end [s]"].to_numpy(), rows["trace [-]"].to_numpy()
-            figure.add_scatter(
-                x=time.tolist(),
-                y=(trace / least[np.rint(time / curves.times[1]).astype(int)]).tolist(),
-                line={"color": color},
-                name=name,
-                legendgroup=name,
-                showlegend=column == 1,
-                row=1,
-                col=column,
-            )
-    figure.update_xaxes(title="time given [s]", type="log", range=[2.3, 4.08])
-    figure.update_yaxes(range=[1.0, 2.5])
-    figure.update_yaxes(title="trace over its lower bound", col=1)
-    figure.update_layout(
-        template="plotly_white", height=420, margin={"l": 60, "r": 20, "t": 40, "b": 50}
     )
     return figure
 
@@ -279,7 +239,6 @@ def suite() -> go.Figure:
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
-    "near": near,
     "interpolation": interpolation,
     "tracker": tracker,
     "wheels": wheels,

@@ -40,20 +40,6 @@ def test_scenarios_are_read(text):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        "how-to/robust-plans.md",
-        "how-to/better-plans.md",
-    ],
-)
-def test_python(name, folder):
-    names = {"__name__": "page"}
-    for code in blocks(name, "python"):
-        exec(code, names)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("start", ["nadir", "sun"])
 def test_stored_fronts_belong_to_their_scenarios(start):
     table = np.loadtxt(DOCS / "fronts" / f"{start}.csv", delimiter=",", skiprows=1)
@@ -92,7 +78,7 @@ def test_infeasible_scenarios(folder):
     printed = run("mgeo solve attitude --scenario beyond.toml --out runs/beyond", codes=(3,))
     assert "sun misalignment" in printed
     solve = "mgeo solve attitude --scenario tight.toml --evaluations 960 --out runs/tight"
-    assert re.search(r"relax .*(wheel momentum|required 1-sigma)", run(solve, codes=(3,)))
+    assert re.search(r"(?i)relax[^.]*(wheel momentum|required 1-sigma)", run(solve, codes=(3,)))
     assert Path("runs/tight/nearest.csv").is_file()
     run("mgeo attitude show runs/tight --solution 0")
     run("mgeo report runs/tight")
