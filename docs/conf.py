@@ -5,6 +5,7 @@ The notebooks of ``../notebooks`` are pages of it, through the link ``docs/tutor
 
 import gc
 import os
+import re
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -85,7 +86,18 @@ _LAST = ("studies/results", "explanation/paper")
 def setup(app: Any) -> None:
     """Read first what runs longest, so that two processes (``-j 2``) end together."""
     app.connect("env-before-read-docs", lambda app, env, names: names.sort(key=_turn))
+    app.connect("source-read", _adapt_notebook_links)
 
 
 def _turn(name: str) -> int:
     return (name in _LAST) - (name == "tutorials/attitude-control")
+
+
+def _adapt_notebook_links(app: Any, name: str, source: list[str]) -> None:
+    """Let links of notebooks start from ``docs``: Sphinx follows the symbolic link to their folder,
+    which is outside of ``docs``.
+    """
+    if name.startswith("tutorials/notebooks/"):
+        text = source[0].replace("](../docs/", "](/")
+        notebook_link = r"\[([^][\n]+)\]\((\w+)\.ipynb\)"
+        source[0] = re.sub(notebook_link, r"{doc}`\1 </tutorials/notebooks/\2>`", text)

@@ -13,7 +13,10 @@ SOURCES = (
     "problems",
     "docs/fronts",
     "docs/scenarios",
+    "docs/robust.jsonl",
+    "docs/convergence_rules.jsonl",
     "docs/studies",
+    "docs/validation",
     "docs/_extensions",
 )
 _KINDS = {".py", ".pyi", ".toml", ".csv", ".json", ".jsonl", ".html", ".js", ".css", ".npz"}
@@ -31,7 +34,7 @@ def digest(root: Path, sources: Iterable[str] = SOURCES) -> str:
     for package in _PACKAGES:
         state.update(f"{package} {version(package)}\n".encode())
     for source in sources:
-        for path in sorted((root / source).rglob("*")):
+        for path in sorted([root / source, *(root / source).rglob("*")]):
             if path.suffix in _KINDS and path.is_file() and "__pycache__" not in path.parts:
                 state.update(f"{path.relative_to(root)}\n".encode())
                 state.update(hashlib.sha256(path.read_bytes()).digest())

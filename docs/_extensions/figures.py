@@ -8,13 +8,13 @@ import concept_figures
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, compute_lower_bound
+import portuguese_figures
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.interpolation import interpolate
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import compute_wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_calibration import calibrate, simulate_telemetry
 from plotly.subplots import make_subplots
 
 from mgeo.figures.style import SYMBOLS
@@ -29,6 +29,7 @@ _ERRORS = _FRONTS.parent / "errors.csv"
 SOURCES = (
     Path(__file__),
     Path(concept_figures.__file__),
+    Path(portuguese_figures.__file__),
     _TRACKER,
     *sorted(_FRONTS.glob("*.csv")),
     _ERRORS,
@@ -65,13 +66,6 @@ _FLOORED = {
 }
 _FLOOR_COLORS = ("#1f5fa8", "#c8501e", "#4a8f3c")
 _ORBIT = 5992.0
-#: Modes of docs/studies/near.py, with name and color of each.
-_NEAR = {
-    "search": ("3, search alone", "#8a8a8a"),
-    "three": ("3, polished", "#c8501e"),
-    "six": ("6, polished", "#e0a000"),
-    "ten": ("10, polished", "#1f5fa8"),
-}
 
 
 def limits() -> go.Figure:
@@ -110,39 +104,6 @@ def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
         height=420,
         margin={"l": 60, "r": 20, "t": 30, "b": 50},
         legend={"orientation": "h", "y": -0.2, "yanchor": "top", "x": 0.0},
-    )
-    return figure
-
-
-def near() -> go.Figure:
-    """Stored fronts of more and more maneuvers, as multiples of the least limit until each time."""
-    table = pd.read_csv(_FRONTS / "near.csv")
-    table = table[table["t_end [s]"] >= 200.0]
-    presets = list(dict.fromkeys(table["preset"]))
-    figure = make_subplots(1, len(presets), subplot_titles=presets, shared_yaxes=True)
-    for column, preset in enumerate(presets, 1):
-        curves = compute_lower_bound(
-            Scenario.from_dict({"preset": preset, "convergence": {"rule": "end"}})
-        )
-        least = np.minimum.accumulate(curves.trace_at_end)
-        for mode, (name, color) in _NEAR.items():
-            rows = table[(table["preset"] == preset) & (table["mode"] == mode)]
-            time, trace = rows["t_end [s]"].to_numpy(), rows["trace [-]"].to_numpy()
-            figure.add_scatter(
-                x=time.tolist(),
-                y=(trace / least[np.rint(time / curves.times[1]).astype(int)]).tolist(),
-                line={"color": color},
-                name=name,
-                legendgroup=name,
-                showlegend=column == 1,
-                row=1,
-                col=column,
-            )
-    figure.update_xaxes(title="time given [s]", type="log", range=[2.3, 4.08])
-    figure.update_yaxes(range=[1.0, 2.5])
-    figure.update_yaxes(title="trace over its lower bound", col=1)
-    figure.update_layout(
-        template="plotly_white", height=420, margin={"l": 60, "r": 20, "t": 40, "b": 50}
     )
     return figure
 
@@ -265,18 +226,6 @@ def floor() -> go.Figure:
     return figure
 
 
-def calibration() -> go.Figure:
-    """What the example of the page on calibration finds."""
-    scenario = Scenario.from_dict(
-        {"preset": "cubesat_6u", "duration": 3000.0, "initial": {"attitude_deg": 90.0}}
-    )
-    plan = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
-    found: go.Figure = calibrate(
-        scenario, simulate_telemetry(scenario, plan, seed=1)
-    ).draw_figures()["parameters"]
-    return found
-
-
 def suite() -> go.Figure:
     """The stored front of the page on sensor suites."""
     from mgeo_suite import SensorSuiteProblem
@@ -290,14 +239,13 @@ def suite() -> go.Figure:
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
-    "near": near,
     "interpolation": interpolation,
     "tracker": tracker,
     "wheels": wheels,
     "floor": floor,
-    "calibration": calibration,
     "suite": suite,
     **concept_figures.FIGURES,
+    **portuguese_figures.FIGURES,
 }
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 _STUDIES = Path(__file__).parents[1] / "studies"
-_READERS = ("studies/", "explanation/paper", "explanation/algorithms")
+_READERS = ("studies/", "explanation/paper", "explanation/algorithms", "pt/artigo")
 
 
 def depend(app: Sphinx, docname: str, source: list[str]) -> None:

@@ -2,9 +2,9 @@
 
     .venv/bin/python docs/studies/suite.py [SEEDS] [FOLDER]
 
-compares the algorithms by `mgeo.compare`, prints the numbers that docs/how-to/choose-sensors.md
-quotes, and writes the result of each run to data/suite.csv. FOLDER stores runs as they finish, so
-that an interrupted comparison can continue.
+compares the algorithms by `mgeo.compare`, prints the mean and spread of each indicator, and
+writes the result of each run to data/suite.csv. FOLDER stores runs as they finish, so that an
+interrupted comparison can continue.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Compare optimized plans with single-axis sequences, for the table of docs/how-to/export-plans.md.
+"""Compare optimized plans with single-axis sequences, for the table of docs/how-to/better-plans.md.
 
 Run ``python -m tests.benchmarks.baselines`` in the root of the repository. It solves two scenarios,
 which takes one to two minutes each.
@@ -45,7 +45,7 @@ def main() -> None:
             "\n\n".join([heading, compare_at_equal_durations(front), compare_with_front(front)])
         )
     print(*parts, sep="\n\n")
-    write_table(DOCS / "how-to/export-plans.md", "measured tables", parts[0])
+    write_table(DOCS / "how-to/better-plans.md", "baselines", parts[0])
 
 
 def compare_at_equal_durations(front: Front) -> str:
@@ -75,11 +75,12 @@ def compare_with_front(front: Front) -> str:
             ratios.append(trace / best)
             if best > trace:
                 better.append(f"{name} for {time:.0f} s")
+    n_worse = len(ratios) - len(better)
+    shortest, longest = min(SEQUENCE_DURATIONS), max(SEQUENCE_DURATIONS)
     return (
-        f"The front has a smaller trace at t_end than {len(ratios) - len(better)} of {len(ratios)} "
-        f"single-axis sequences of {min(SEQUENCE_DURATIONS):.0f} to "
-        f"{max(SEQUENCE_DURATIONS):.0f} s. "
-        f"Sequences have {min(ratios):.2f} to {max(ratios):.2f} times its trace."
+        f"At the t_end of a sequence, the front has a smaller trace than {n_worse} of "
+        f"{len(ratios)} sequences of {shortest:.0f} to {longest:.0f} s. The sequences have "
+        f"{min(ratios):.2f} to {max(ratios):.2f} times the trace of the front."
         + (f" Better than the front: {', '.join(better)}." if better else "")
     )
 

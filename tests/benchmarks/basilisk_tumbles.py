@@ -2,15 +2,13 @@
 calibrate.
 
 ``OMP_NUM_THREADS=1 python -m tests.benchmarks.basilisk_tumbles 50`` simulates 50 flights of each
-kind. A flight that is already in docs/basilisk_tumbles.jsonl is not repeated. The script prints the
-table that docs/validation/basilisk.md summarizes.
+kind. A flight that is already in docs/validation/data/basilisk_tumbles.jsonl is not repeated.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from itertools import product
@@ -24,10 +22,10 @@ from mgeo_calibration.calibration.calibrate import calibrate
 from mgeo_calibration.simulators.basilisk.telemetry import simulate_telemetry
 from mgeo_calibration.simulators.basilisk.vehicle import Vehicle
 
-from .basilisk import PLANS, compute_bounds, compute_errors
-from .pages import DOCS, add_result, read_results
+from .basilisk import PLANS, compute_errors
+from .pages import VALIDATION_DATA, add_result, read_results
 
-RESULTS = DOCS / "basilisk_tumbles.jsonl"
+RESULTS = VALIDATION_DATA / "basilisk_tumbles.jsonl"
 DURATION = 3000.0
 FIRST_SEED = 48000
 #: Initial rates of the tumbling satellites [deg/s].
@@ -90,32 +88,12 @@ def run_case(case: tuple[str, str, int]) -> dict[str, Any]:
     }
 
 
-def format_table(rows: list[dict[str, Any]]) -> Iterator[str]:
-    """Yield the lines of the table: for each kind, NEES per state with 99 % bounds, and the number
-    of consistent calibrations.
-    """
-    yield "| | " + " | ".join(TUMBLES) + " |"
-    yield "| --- |" + " ---: |" * len(TUMBLES)
-    for kind in KINDS:
-        cells = []
-        for name in TUMBLES:
-            selected = [row for row in rows if row["key"][:2] == [name, kind] and "nees" in row]
-            low, high = compute_bounds(
-                max(len(selected), 1) * build_scenario(name, kind)[0].suite.n_states
-            )
-            nees = np.mean([row["nees"] for row in selected])
-            n_consistent = sum(row["consistent"] for row in selected)
-            cells.append(f"{nees:.2f} ({low:.2f} to {high:.2f}), {n_consistent} of {len(selected)}")
-        yield f"| {kind} | " + " | ".join(cells) + " |"
-
-
 def main(n_flights: int) -> None:
     stored = {tuple(row["key"]) for row in read_results(RESULTS)}
     cases = [(name, kind, n) for n, kind, name in product(range(n_flights), KINDS, TUMBLES)]
     with ProcessPoolExecutor(1) as pool:
         for row in pool.map(run_case, [case for case in cases if case not in stored]):
             add_result(RESULTS, row)
-    print(*format_table(read_results(RESULTS)), sep="\n")
 
 
 if __name__ == "__main__":

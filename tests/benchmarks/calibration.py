@@ -1,6 +1,6 @@
 """Calibrate many simulated flights with an arbitrary initial attitude.
 
-docs/how-to/calibrate-from-telemetry.md has the results.
+docs/validation/how-it-is-tested.md has the results.
 
 ``python -m tests.benchmarks.calibration 200`` calibrates 200 flights of each case.
 """

@@ -1,7 +1,7 @@
-"""Simulate the cases of docs/validation/consistency.md and write its table and figure.
+"""Simulate the cases of docs/validation/consistency.md.
 
 ``python -m tests.benchmarks.consistency plans remedies map`` takes about ten minutes on two cores.
-A case that is already in docs/consistency.jsonl is not simulated again.
+A case that is already in docs/validation/data/consistency.jsonl is not simulated again.
 """
 
 from __future__ import annotations
@@ -15,18 +15,15 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 from mgeo_attitude import Scenario
 from mgeo_attitude.scenario.validity import OutsideValidity
 from mgeo_calibration import FilterSettings, evaluate_consistency, simulate
 
 from .cases import FORMER_CUBESAT, FORMER_PAPER
-from .pages import DOCS, ROOT, add_result, read_results, write_table
+from .pages import ROOT, VALIDATION_DATA, add_result, read_results
 
-RESULTS = DOCS / "consistency.jsonl"
-PAGE, PICTURE = DOCS / "validation/consistency.md", DOCS / "images" / "consistency.svg"
+RESULTS = VALIDATION_DATA / "consistency.jsonl"
 PLANS = json.loads((ROOT / "tests/calibration/simulation/plans.json").read_text(encoding="utf-8"))
 
 SEED = 20250
@@ -50,12 +47,6 @@ UNCERTAINTIES = {
     "misalignment [deg]": (0.5, 1.0, 2.0, 4.0, 8.0),
     "gyro bias [deg/s]": (0.003, 0.01, 0.03, 0.1),
 }
-
-MAX_PLOTTED_NEES = 30.0
-#: Filter settings that the page compares; the results of the others are only in the data.
-SHOWN = [name for name in ESTIMATORS if name not in ("Jacobians", "Jacobians, second order")]
-
-Results = dict[str, dict[str, Any]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -149,78 +140,11 @@ def run_case(case: Case) -> dict[str, Any]:
     }
 
 
-def format_plans_table(results: Results) -> Iterator[str]:
-    yield "| scenario | t_end [s] | NEES | beyond 3σ | RMS / predicted | |"
-    yield "| --- | ---: | ---: | ---: | --- | --- |"
-    for name, plans in PLANS["scenarios"].items():
-        for i in range(len(plans)):
-            row = results[f"plans/{name}/{i}"]
-            c = row["criteria"]
-            failed = [k for k, (value, low, high) in c.items() if not low <= value <= high]
-            ratios = " to ".join(
-                f"{c[f'{e} rms / predicted'][0]:.2f}" for e in ("smallest", "largest")
-            )
-            yield (
-                f"| {name} | {row['t_end']:.0f} | {c['nees'][0]:.3f} | "
-                f"{c['beyond 3 sigma'][0]:.0f} | {ratios} | "
-                f"{'fails: ' + ', '.join(failed) if failed else 'passes'} |"
-            )
-
-
-def format_remedies_table(results: Results) -> Iterator[str]:
-    yield "| | " + " | ".join(f"{name} | RMS / predicted" for name in ("cubesat_6u", LARGE)) + " |"
-    yield "| --- | ---: | ---: | ---: | ---: |"
-    for label in SHOWN:
-        cells = []
-        for name in ("cubesat_6u", LARGE):
-            row = results[f"remedies/{name}/{label}"]
-            c = row["criteria"]
-            cells += [
-                f"{row['nees_first_300s']:.2f}, {c['nees'][0]:.2f}",
-                f"{c['largest rms / predicted'][0]:.2f}",
-            ]
-        name = f"**{label}**" if label == DEFAULT else label
-        yield f"| {name} | {' | '.join(cells)} |"
-
-
-def get_nees(results: Results, name: str, quantity: str, value: float, label: str) -> float:
-    return float(results[f"map/{name}/{quantity}/{value:g}/{label}"]["criteria"]["nees"][0])
-
-
-def draw(results: Results) -> None:
-    """Write the figure of the NEES over each initial uncertainty."""
-    low, high = next(
-        row["criteria"]["nees"][1:] for key, row in results.items() if key.startswith("map/")
-    )
-    with mpl.rc_context({"svg.hashsalt": "consistency", "font.size": 9}):
-        figure = Figure(figsize=(9.0, 3.2), layout="constrained")
-        panels = figure.subplots(1, len(UNCERTAINTIES), sharey=True)
-        for panel, (quantity, values) in zip(panels, UNCERTAINTIES.items(), strict=True):
-            panel.axhspan(low, high, color="0.88")
-            for name, color in (("paper", "tab:blue"), ("cubesat_6u", "tab:orange")):
-                for label, line in (("plain", "--"), (DEFAULT, "-")):
-                    y = [get_nees(results, name, quantity, value, label) for value in values]
-                    text = f"{name}, {'plain' if label == 'plain' else 'as shipped'}"
-                    panel.plot(values, y, line, marker=".", color=color, label=text)
-            panel.set(xscale="log", yscale="log", xlabel=f"initial {quantity}, 1σ per axis")
-            panel.set_xticks(values, [f"{value:g}" for value in values])
-            panel.minorticks_off()
-        panels[0].set_ylabel("NEES per state, 2nd half of an orbit")
-        panels[0].set_ylim(0.8, MAX_PLOTTED_NEES)
-        panels[0].set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
-        panels[0].legend(fontsize=8)
-        figure.savefig(PICTURE, metadata={"Date": None})
-
-
 def main(groups: Sequence[str]) -> None:
     known = {row["key"] for row in read_results(RESULTS)}
     for case in (case for group in groups for case in GROUPS[group]()):
         if case.key not in known:
             add_result(RESULTS, run_case(case))
-    results = {row["key"]: row for row in read_results(RESULTS)}
-    print(*format_plans_table(results), sep="\n")
-    write_table(PAGE, "remedies", "\n".join(format_remedies_table(results)))
-    draw(results)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Detection of faults that are just large enough to matter, and false alarms on healthy flights.
 
-``python -m tests.benchmarks.fault_detection_power [KIND ...]`` prints how many faults of each kind
-`calibrate` reports; ``healthy`` is one of the kinds.
+``python -m tests.benchmarks.fault_detection_power`` prints how many faults of each kind `calibrate`
+reports, and writes docs/validation/data/detection.csv. With names of kinds, of which one is
+``healthy``, only these kinds are simulated and nothing is written.
 
 The size of a fault is chosen independently of the tests: it moves the worst estimate of a flight by
 a given number of 1-sigmas (`SIGMAS`). The faults are then added to flights with other noise. The
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
+import pandas as pd
 from mgeo_attitude import Scenario
 from mgeo_attitude.sensors.base import scale_noise
 from mgeo_calibration import Telemetry, calibrate
@@ -31,6 +33,7 @@ from mgeo_calibration.estimation.smoother import solve
 from mgeo_calibration.estimation.trajectory import Trajectory
 from scipy.stats import norm
 
+from tests.benchmarks.pages import VALIDATION_DATA
 from tests.calibration.calibration.faults import (
     add_drift,
     add_nonorthogonality,
@@ -297,11 +300,14 @@ def run_healthy_flights() -> None:
 
 
 if __name__ == "__main__":
-    results = []
+    rows = []
     for kind in sys.argv[1:] or [*KINDS, "healthy"]:
         print(kind, flush=True)
         if kind == "healthy":
             run_healthy_flights()
         else:
-            results += run_kind(KINDS[kind])
-    print_summary(results)
+            rows += [(kind, *result) for result in run_kind(KINDS[kind])]
+    print_summary([row[1:] for row in rows])
+    if not sys.argv[1:]:
+        table = pd.DataFrame(rows, columns=["kind", "sigmas", "power", "is_reported"])
+        table.to_csv(VALIDATION_DATA / "detection.csv", index=False, lineterminator="\n")

@@ -1,6 +1,9 @@
 """Simulate healthy satellites and count the calibrations that find them consistent.
 
-``python -m tests.benchmarks.healthy_flights [CLASS ...] [--flights N] [--jobs 1]`` prints a table.
+``python -m tests.benchmarks.healthy_flights > docs/validation/data/healthy.csv`` writes the data of
+docs/validation/independent-simulator.md. Names of classes restrict the flights to these classes.
+The reasons of inconsistent verdicts and errors are written to stderr.
+
 Each class is simulated by `mgeo_calibration.simulate_telemetry` and by the independent simulation
 of the tests, which shares no code with the estimator. Durations, rates and axes differ from flight
 to flight.
@@ -9,7 +12,9 @@ to flight.
 from __future__ import annotations
 
 import argparse
+import csv
 import re
+import sys
 import warnings
 import zlib
 from collections import Counter
@@ -29,6 +34,9 @@ from ..calibration.calibration import independent_simulator
 from ..calibration.calibration.runs import normalize_error
 
 SIMULATORS = ("fly", "independent")
+VERDICTS = ("consistent", "inconsistent", "refused", "not converged")
+#: Columns of the results. The largest error is in 1-sigmas, and NEES is per state.
+COLUMNS = ("class", "simulator", "flights", *VERDICTS, "largest error", "nees")
 DURATIONS = (1500.0, 3000.0, 6000.0, 9000.0)
 #: Duration of the constant rates that approximate the orbital rate [s].
 _SEGMENT_DURATION = 60.0
@@ -314,25 +322,14 @@ def shorten_message(message: str) -> str:
     return re.sub(r"[-+]?\d[\d.e+-]*", "#", message)[:44]
 
 
-def format_row(name: str, simulator: str, outcomes: Sequence[Outcome]) -> str:
-    """Return a table row with the numbers of all verdicts and the most common reasons."""
+def summarize(name: str, simulator: str, outcomes: Sequence[Outcome]) -> list[object]:
+    """Return the values of `COLUMNS` for the flights of one class and simulator."""
     verdicts = Counter(each.verdict for each in outcomes)
-    reasons = Counter(each.reason for each in outcomes if each.verdict == "inconsistent")
-    reasons += Counter(f"({each.reason})" for each in outcomes if each.verdict == "refused")
     estimated = [each for each in outcomes if np.isfinite(each.nees)]
     worst = max((each.worst for each in estimated), default=np.nan)
     nees = np.mean([each.nees for each in estimated]) if estimated else np.nan
-    counts = [len(outcomes), *(verdicts[v] for v in ("consistent", "inconsistent"))]
-    counts += [verdicts[v] for v in ("refused", "not converged")]
-    reason_list = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common())
-    cells = [f"{name}, {simulator}", *map(str, counts), f"{worst:.1f}", f"{nees:.2f}", reason_list]
-    return f"| {' | '.join(cells)} |"
-
-
-HEADER = """\
-| class | flights | consistent | inconsistent | refused | not converged | worst error [sigma] \
-| NEES per state | tests that failed, (refusals) |
-| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"""
+    counts = [len(outcomes), *(verdicts[verdict] for verdict in VERDICTS)]
+    return [name, simulator, *counts, f"{worst:.1f}", f"{nees:.2f}"]
 
 
 def main() -> None:
@@ -344,8 +341,8 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--simulators", nargs="+", choices=SIMULATORS, default=SIMULATORS)
     arguments = parser.parse_args()
-    print(HEADER)
-    total = list[Outcome]()
+    output = csv.writer(sys.stdout)
+    output.writerow(COLUMNS)
     with Parallel(n_jobs=arguments.jobs) as parallel:
         for name in arguments.classes or CLASSES:
             for simulator in arguments.simulators:
@@ -353,9 +350,11 @@ def main() -> None:
                     delayed(run_flight)(name, simulator, k) for k in range(arguments.flights)
                 )
                 outcomes = parallel(flights)
-                print(format_row(name, simulator, outcomes), flush=True)
-                total += outcomes
-    print(format_row("all", "both", total))
+                output.writerow(summarize(name, simulator, outcomes))
+                sys.stdout.flush()
+                for each in outcomes:
+                    if each.reason:
+                        print(f"{name}, {simulator}: {each.reason}", file=sys.stderr)
 
 
 if __name__ == "__main__":

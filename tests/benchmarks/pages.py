@@ -11,6 +11,8 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
+#: Results that the validation pages show.
+VALIDATION_DATA = DOCS / "validation" / "data"
 
 
 def format_table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -1,13 +1,16 @@
-"""Make the pictures of README.md and of the pages on reports and the explorer.
+"""Make the pictures of README.md, of the gallery and of the page on reports and the explorer.
 
-    python -m tests.benchmarks.pictures
+    python -m tests.benchmarks.pictures [gallery]
 
 Run it in the root of the repository, with the extras ``png`` and ``explore`` and with Chromium. It
-takes a few minutes.
+takes a few minutes. With ``gallery`` it makes only the pictures in docs/images/gallery.
 """
 
 from __future__ import annotations
 
+import os
+import shlex
+import shutil
 import subprocess
 import sys
 import time
@@ -34,12 +37,13 @@ from mgeo.report.static import export_figures
 from mgeo.runs.prepare import prepare_run
 
 from ..browser import opened
+from ..docs.pages import blocks
 from ..mgeo.explore.test_server import served
 
 PICTURES = Path(__file__).parents[2] / "docs" / "images"
 ALGORITHMS = {"mgeo-directed": "mgeo-directed, default", "mgeo-real": "mgeo-real, published"}
-#: Run of the report and of the explorer.
-SOLVE = ("solve", "attitude", "--scenario", "cubesat_6u", "--seed", "1")
+#: Run of the gallery, which the report and the explorer show, too.
+RUN = Path("runs/first")
 #: Part of a report, width and height [px] and color scheme of each picture.
 REPORT_PICTURES = {
     "report-front.png": ("header", (1185, 1040), "light"),
@@ -104,16 +108,34 @@ def take_report_pictures(folder, report):
         take_picture(page, PICTURES / "explore.png", "body", 1100)
 
 
+def run_commands(selected: str) -> None:
+    """Run those commands of the gallery that contain a text, in the current folder."""
+    for command in "".join(blocks("gallery.md", "sh")).splitlines():
+        if selected in command:
+            subprocess.run([sys.executable, "-m", *shlex.split(command), "-q"], check=True)
+
+
+def take_gallery_pictures() -> None:
+    """Execute the examples of the gallery in the current folder, and copy their pictures."""
+    run_commands("--png")
+    for code in blocks("gallery.md", "python"):
+        exec(code, {})
+    for path in (*RUN.glob("figures/*.png"), *Path().glob("*.png")):
+        shutil.copy(path, PICTURES / "gallery")
+
+
 def main() -> None:
-    files = export_figures({"front": draw_fronts()}, ("png",))
-    (PICTURES / "front.png").write_bytes(files["front.png"])
     with TemporaryDirectory() as temporary:
-        folder, report = Path(temporary) / "run", Path(temporary) / "report.html"
-        subprocess.run(
-            [sys.executable, "-m", "mgeo", *SOLVE, "--out", str(folder), "-q"], check=True
-        )
-        report.write_text(build_report_html(folder), encoding="utf-8")
-        take_report_pictures(folder, report)
+        os.chdir(temporary)
+        run_commands("solve")
+        take_gallery_pictures()
+        if "gallery" in sys.argv[1:]:
+            return
+        files = export_figures({"front": draw_fronts()}, ("png",))
+        (PICTURES / "front.png").write_bytes(files["front.png"])
+        report = Path("report.html").resolve()
+        report.write_text(build_report_html(RUN), encoding="utf-8")
+        take_report_pictures(RUN, report)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Search robust plans and write the table and the figure of docs/how-to/robust-plans.md.
+"""Search robust plans and store the results that docs/validation/robustness.md shows.
 
 ``python -m tests.benchmarks.robust SEEDS`` runs the searches of the seeds 1 to SEEDS.
 docs/robust.jsonl has a line for each preset, search and seed: CPU time, the predicted front, and
@@ -11,12 +11,10 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.scenario import MonteCarloSettings
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -26,13 +24,11 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEODirected, MGEOStaged
 from mgeo.evaluation.dominance import find_front_rows
-from mgeo.studies.statistics import holm_correction, mann_whitney_p_value
 
 from ..three import three
-from .pages import DOCS, add_result, read_results, write_table
+from .pages import DOCS, add_result, read_results
 
 DATA = DOCS / "robust.jsonl"
-PAGE, PICTURE = DOCS / "how-to/robust-plans.md", DOCS / "images" / "robust.svg"
 PRESETS = ("paper", "cubesat_6u")
 #: Seed of the Monte Carlo runs that evaluate the fronts. No search uses it.
 EVALUATION_SEED = 999
@@ -42,12 +38,7 @@ SCREENING = MonteCarloSettings(n_runs=256, quantile=0.95)
 #: design, take as long as the robust search.
 N_NOMINAL_EVALUATIONS = {"paper": 105_000, "cubesat_6u": 140_000}
 N_MONTE_CARLO_EVALUATIONS = {"paper": 20_000, "cubesat_6u": 19_000}
-#: Searches of which the figure shows the fronts, and their colors.
-COLORS = {"nominal": "#D55E00", "robust": "#0072B2"}
-#: Smallest number of seeds for a statistical test.
-MIN_SEEDS = 5
 
-Rows = list[dict[str, Any]]
 Front = tuple[np.ndarray, np.ndarray]
 Search = Callable[[AttitudeManeuverProblem, int], Front]
 
@@ -138,73 +129,6 @@ def round_values(F: np.ndarray) -> list[list[float]]:
     return [[float(f"{value:.5g}") for value in row] for row in F]
 
 
-def select_rows(rows: Rows, preset: str, search: str) -> Rows:
-    """Return the results of a preset and search."""
-    return [row for row in rows if row["key"][:2] == [preset, search]]
-
-
-def get_column(rows: Rows, name: str) -> np.ndarray:
-    return np.array([row[name] for row in rows])
-
-
-def format_table(rows: Rows) -> Iterator[str]:
-    yield (
-        "| preset | search | shortest CPU time [s] | hypervolume predicted | in Monte Carlo runs "
-        "| t_end in Monte Carlo runs / predicted: median | largest | overrun by more than 20 % |"
-    )
-    yield "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"
-    for preset in PRESETS:
-        for search in SEARCHES:
-            if not (each := select_rows(rows, preset, search)):
-                continue
-            median, largest = get_column(each, "ratio").T
-            overrun = 100.0 * get_column(each, "overrun").mean()
-            yield (
-                f"| {preset} | {search} | {get_column(each, 'processor_s').min():.0f} "
-                f"| {get_column(each, 'predicted').mean():.4f} "
-                f"| {get_column(each, 'monte_carlo').mean():.4f} "
-                f"| {np.mean(median):.2f} | {largest.max():.2f} | {overrun:.1f} % |"
-            )
-
-
-def format_p_values(rows: Rows) -> Iterator[str]:
-    """Yield p-values of the hypervolume in Monte Carlo runs, of each search against the robust
-    search, with Holm's correction.
-    """
-    for preset in PRESETS:
-        hypervolumes = {
-            search: get_column(select_rows(rows, preset, search), "monte_carlo")
-            for search in SEARCHES
-        }
-        if min(map(len, hypervolumes.values())) < MIN_SEEDS:
-            continue
-        others = [search for search in hypervolumes if search != "robust"]
-        p = holm_correction(
-            [mann_whitney_p_value(hypervolumes["robust"], hypervolumes[each]) for each in others]
-        )
-        yield f"{preset}: " + ", ".join(
-            f"{search} p = {value:.2g}" for search, value in zip(others, p, strict=True)
-        )
-
-
-def draw(rows: Rows) -> None:
-    """Write the figure of the fronts of seed 1, as predicted and in Monte Carlo runs."""
-    mpl.rcParams["svg.hashsalt"] = "robust"
-    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
-    for axes, preset in zip(figure.subplots(1, 2), PRESETS, strict=True):
-        for search, color in COLORS.items():
-            for row in select_rows(rows, preset, search):
-                for front, style, kind in zip(
-                    row["fronts"], (":", "-"), ("predicted", "0.9-quantile"), strict=False
-                ):
-                    time, trace = np.array(front).T
-                    label = f"{search}, {kind}"
-                    axes.step(time, trace, style, color=color, where="post", label=label)
-        axes.set(title=preset, yscale="log", xlabel="t_end [s]", ylabel="trace [-]")
-        axes.legend(frameon=False)
-    figure.savefig(PICTURE, metadata={"Date": None})
-
-
 def main() -> None:
     stored = [each["key"] for each in read_results(DATA)]
     for seed in range(1, int(sys.argv[1]) + 1):
@@ -212,10 +136,6 @@ def main() -> None:
             for preset in PRESETS:
                 if [preset, search, seed] not in stored:
                     add_result(DATA, evaluate_search(preset, search, seed))
-    rows = read_results(DATA)
-    print(*format_p_values(rows), sep="\n")
-    write_table(PAGE, "searches", "\n".join(format_table(rows)))
-    draw(rows)
 
 
 if __name__ == "__main__":

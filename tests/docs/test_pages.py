@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.sensors import Gyro
-from mgeo_calibration import TelemetryMapping, simulate_telemetry
+from mgeo_calibration import TelemetryMapping
 
 from .pages import DOCS, blocks, run, saved_files
 
@@ -41,25 +40,6 @@ def test_scenarios_are_read(text):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        "how-to/calibrate-from-telemetry.md",
-        "how-to/read-telemetry.md",
-        "validation/consistency.md",
-        "how-to/robust-plans.md",
-        "how-to/better-plans.md",
-    ],
-)
-def test_python(name, folder):
-    names = {"__name__": "page"}
-    for code in blocks(name, "python"):
-        exec(code, names)
-    if name == "how-to/calibrate-from-telemetry.md":
-        assert names["found"].is_consistent
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("start", ["nadir", "sun"])
 def test_stored_fronts_belong_to_their_scenarios(start):
     table = np.loadtxt(DOCS / "fronts" / f"{start}.csv", delimiter=",", skiprows=1)
@@ -68,20 +48,14 @@ def test_stored_fronts_belong_to_their_scenarios(start):
     np.testing.assert_allclose(problem.evaluate(X, return_values_of=["F"]), F, rtol=1e-9)
 
 
-@pytest.mark.slow
-def test_calibration(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (mapping,) = blocks("how-to/read-telemetry.md", "toml")
-    Path("columns.toml").write_text(mapping)
-    TelemetryMapping.from_toml("columns.toml")
-    scenario = Scenario.from_toml('preset = "paper"\nduration = 900.0\n')
-    scenario.save("mine.toml")
-    plan = ManeuverPlan(scenario, (0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0, 0, 0, 1.0))
-    write_plan(plan, "plan.json")
-    simulate_telemetry(scenario, plan, 1).to_csv("telemetry.csv")
-    run(blocks("how-to/calibrate-from-telemetry.md", "sh")[0].strip())
-    files = {"calibration.json", "calibration.csv", "attitude.csv", "calibration.html"}
-    assert {path.name for path in Path("calibration").iterdir()} == files
+@pytest.mark.parametrize("page", ["read-telemetry", "calibrate-from-telemetry"])
+def test_mapping_files_are_read(page, tmp_path):
+    page = f"how-to/{page}.md"
+    texts = [*saved_files(page).values(), *blocks(page, "toml")]
+    for text in texts:
+        (tmp_path / "columns.toml").write_text(text)
+        TelemetryMapping.from_toml(tmp_path / "columns.toml")
+    assert texts
 
 
 @pytest.mark.slow
@@ -104,7 +78,7 @@ def test_infeasible_scenarios(folder):
     printed = run("mgeo solve attitude --scenario beyond.toml --out runs/beyond", codes=(3,))
     assert "sun misalignment" in printed
     solve = "mgeo solve attitude --scenario tight.toml --evaluations 960 --out runs/tight"
-    assert re.search(r"relax .*(wheel momentum|required 1-sigma)", run(solve, codes=(3,)))
+    assert re.search(r"(?i)relax[^.]*(wheel momentum|required 1-sigma)", run(solve, codes=(3,)))
     assert Path("runs/tight/nearest.csv").is_file()
     run("mgeo attitude show runs/tight --solution 0")
     run("mgeo report runs/tight")
@@ -113,7 +87,7 @@ def test_infeasible_scenarios(folder):
 def test_rate_random_walk_from_a_bias_stability():
     """The least Allan deviation of simulated noise is the stability in the tutorial's formula."""
     page = (DOCS / "tutorials/attitude-control.md").read_text(encoding="utf-8")
-    (factor,) = re.findall(r"`rate_random_walk` \| (\S+) · B² / N, of B in", page)
+    (factor,) = re.findall(r"`rate_random_walk` \| (\S+) · B² / N, with B in", page)
     stability, walk = 2.0, 0.15  # °/h, °/√h
     gyro = Gyro(
         angle_random_walk_deg_per_sqrt_h=walk, rate_random_walk=float(factor) * stability**2 / walk

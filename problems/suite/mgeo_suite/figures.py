@@ -90,11 +90,11 @@ def _draw_front(
     apply_style(
         figure,
         "Price and attitude accuracy of sensor suites",
-        "each point is a suite with its plan",
+        "each point is a suite with its plan; 1-sigma about the worst axis",
     )
     figure.update_xaxes(title="price [kEUR]")
     axis = build_log_axis_layout(accuracy[order]) if len(order) else {}
-    figure.update_yaxes(title="attitude accuracy, 1-sigma about the worst axis [deg]", **axis)
+    figure.update_yaxes(title="attitude accuracy [deg]", **axis)
     return figure
 
 

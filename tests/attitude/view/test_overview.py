@@ -61,7 +61,7 @@ def test_lower_bound_is_left_out_if_none_can_be_proved(monkeypatch):
     monkeypatch.setattr(AttitudeManeuverProblem, "lower_bound", property(fail))
     overview = build_plan().view.overview()
     assert "lower bound" not in overview["accuracy"].table
-    assert "trace ratio to [lower bound]" not in build_plan().view.front_table()
+    assert "trace / lower bound [-]" not in build_plan().view.front_table()
 
 
 def test_maneuvers_are_those_of_the_timeline(plan):

@@ -3,7 +3,7 @@ its fault.
 
 ::
 
-    python -m tests.calibration.calibration.faulty_runs --cases 1200 --jobs 2
+    python -m tests.calibration.calibration.faulty_runs --cases 212 --out FILE.csv
 
 A case is right if it is consistent and agrees with the truth. If it raises an error or is
 inconsistent, the first line of the message identifies the cause or another cause. A case that is
@@ -319,6 +319,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=len(KINDS), help="number of cases")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--out", help="CSV file of the outcomes by kind")
     given = parser.parse_args()
     with ProcessPoolExecutor(given.jobs) as pool:
         results = list(pool.map(run_case, range(given.cases), chunksize=4))
@@ -327,6 +328,8 @@ def main() -> None:
             print(f"{result.number:5} {result.kind}: {result.outcome}: {result.said[:150]}")
     counts = pd.crosstab([each.kind for each in results], [each.outcome for each in results])
     print(counts.to_string())
+    if given.out:
+        counts.to_csv(given.out, lineterminator="\n")
     told = counts.sum().reindex(["named", "another cause"], fill_value=0)
     print(f"cause named right: {told['named'] / max(told.sum(), 1):.1%} of all reported faults")
 

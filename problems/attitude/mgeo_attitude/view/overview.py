@@ -21,6 +21,7 @@ from mgeo_attitude.maneuvers.motion import (
     RAMP_PREFIX,
     Phase,
 )
+from mgeo_attitude.maneuvers.schedule import get_durations
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.plans import Plans
@@ -46,7 +47,8 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     if len(constraints):
         sections["constraints"] = build_constraint_section(constraints)
     maneuvers = build_maneuver_table(plans)
-    sections["maneuvers"] = Section("Maneuver", (), maneuvers, "", _DECIMALS, MAX_ROWS)
+    note = _describe_omitted_maneuvers(plans, maneuvers)
+    sections["maneuvers"] = Section("Maneuver", (), maneuvers, note, _DECIMALS, MAX_ROWS)
     return sections
 
 
@@ -154,6 +156,12 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
     return pd.DataFrame(rows).set_index("maneuver")
 
 
+def _describe_omitted_maneuvers(plans: Plans, table: pd.DataFrame) -> str:
+    numbers = (str(number + 1) for number in range(get_durations(plans.X).shape[1]))
+    omitted = [number for number in numbers if number not in table.index]
+    return f"Maneuvers without duration: {', '.join(omitted)}." if omitted else ""
+
+
 def _name_phase(trajectory: Trajectory, phase: Phase) -> str:
     if phase.start >= trajectory.design_end:
         return "slew back"
@@ -169,9 +177,9 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     -------
     DataFrame
         Columns: ``ends after [s]`` or ``converges after [s]``; ``attitude 1-sigma [deg]`` about the
-        worst body axis; ``trace [of covariance]``; ``trace ratio to [lower bound]``, if a lower
-        bound can be proved; and further objectives. If the scenario has Monte Carlo runs, ``robust
-        time [s]`` and ``robust [trace]`` replace time and trace.
+        worst body axis; ``trace [-]``; ``trace / lower bound [-]``, if a lower bound can be proved;
+        and further objectives. If the scenario has Monte Carlo runs, ``robust time [s]`` and
+        ``robust trace [-]`` replace time and trace.
     """
     problem, result = plans.problem, plans.nominal
     event = "ends after" if problem.model.ends_with_last_maneuver else "converges after"
@@ -181,14 +189,14 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     columns = {
         f"{event} [s]": result.t_end,
         "attitude 1-sigma [deg]": sigma_deg,
-        "trace [of covariance]": result.trace,
+        "trace [-]": result.trace,
     }
     if problem.scenario.monte_carlo:
-        robust = {"t_end": "robust time [s]", "trace": "robust [trace]"}
+        robust = {"t_end": "robust time [s]", "trace": "robust trace [-]"}
         columns = {robust[key]: F for key, F in objectives.items() if key in robust}
         columns["attitude 1-sigma [deg]"] = sigma_deg
     with suppress(NoLowerBoundError):
         bounds = problem.lower_bound.evaluate_trace(result.t_end)
-        columns["trace ratio to [lower bound]"] = result.trace / bounds
+        columns["trace / lower bound [-]"] = result.trace / bounds
     columns |= {labels[key]: F for key, F in objectives.items() if key not in ("t_end", "trace")}
     return pd.DataFrame(columns)
