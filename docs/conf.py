@@ -31,6 +31,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "docstrings",
     "algorithms",
+    "documents",
     "export_formats",
     "keys",
     "objectives",

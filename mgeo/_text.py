@@ -35,13 +35,16 @@ def wrap_text(text: str, indent: str = "", width: int = TEXT_WIDTH) -> str:
 def format_key(title: str) -> str:
     """Convert the title of a column or section to a key of a JSON document.
 
+    No key begins with a digit: "90 % of runs" becomes ``in_90_percent_of_runs``.
+
     Examples
     --------
     >>> format_key("attitude 1-sigma [deg]"), format_key("ωx [deg/s]"), format_key("trace [-]")
     ('attitude_1sigma_deg', 'rate_x_deg_s', 'trace')
     """
     text = title.lower().replace("1-sigma", "1sigma").replace("%", "percent")
-    return re.sub(r"[^a-z0-9]+", "_", text.replace("ω", "rate ")).strip("_")
+    key = re.sub(r"[^a-z0-9]+", "_", text.replace("ω", "rate ")).strip("_")
+    return f"in_{key}" if key[:1].isdigit() else key
 
 
 def format_column(

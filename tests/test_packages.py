@@ -92,7 +92,7 @@ sys.meta_path.insert(0, Missing())
 def list_cli_packages():
     """Return the import names of the packages in the extra ``cli``."""
     return {
-        re.match(r"\w+", line)[0]
+        re.match(r"[\w-]+", line)[0].replace("-", "_")
         for line in read_project(PROJECTS[0])["optional-dependencies"]["cli"]
     }
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli import explore, listing, report, solve, study
+from mgeo.cli import explore, listing, report, schema, solve, study
 from mgeo.cli.errors import (
     ExitCode,
     print_warning,
@@ -41,7 +41,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo solve attitude --scenario cubesat_6u --dry-run",
         "mgeo solve attitude --scenario cubesat_6u --robust",
         "mgeo solve pymoo:zdt1 --algorithm nsga2 --set population=50",
-        "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
+        "mgeo solve attitude --seed 2 --json | jq .hypervolume",
     ),
     "resume": (
         "mgeo resume runs/attitude-mgeo-directed-seed1",
@@ -64,7 +64,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo study table3.toml --dry-run",
         "mgeo study table3.toml --cluster tcp://HOST:8786",
     ),
-    "schema": ("mgeo schema study | tee study.schema.json",),
+    "schema": ("mgeo schema study.toml | tee study.schema.json", "mgeo schema solve"),
 }
 
 
@@ -200,7 +200,7 @@ def _root(
 
 for _group, _commands in {
     "Runs": (solve.solve, solve.resume, report.report, explore.explore),
-    "Studies": (study.study, study.schema),
+    "Studies": (study.study, schema.schema),
     "Lists": (listing.problems, listing.algorithms),
 }.items():
     for _command in _commands:

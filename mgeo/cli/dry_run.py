@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -21,6 +21,7 @@ from mgeo.terminal import Output
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
+    from mgeo.documents import DryRun, ProblemSize, StudyDryRun
     from mgeo.studies.study_file import Study
 
 
@@ -63,17 +64,15 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
     if warnings:
         output.print("")
         output.print_warnings(warnings)
-    output.print_document(
-        {
-            "dry_run": True,
-            "configuration": configuration.model_dump(),
-            **size,
-            "facts": dict(facts),
-            "warnings": warnings,
-            "folder": str(folder),
-            "files": files,
-        }
-    )
+    document: DryRun = {
+        "dry_run": True,
+        "configuration": configuration,
+        "facts": dict(facts),
+        "warnings": warnings,
+        "folder": str(folder),
+        "files": files,
+    }
+    output.print_document({**document, **size})
 
 
 def print_study_size(
@@ -105,21 +104,20 @@ def print_study_size(
     output.print_sections(Section("", table=table))
     output.print("")
     output.print_pairs({"algorithms": ", ".join(algorithms), "folder": str(folder)})
-    output.print_document(
-        {
-            "dry_run": True,
-            "title": study.title,
-            "problems": sizes,
-            "algorithms": algorithms,
-            "evaluations": study.evaluations,
-            "per_variable": study.per_variable,
-            "n_runs": study.n_runs,
-            "folder": str(folder),
-        }
-    )
+    document: StudyDryRun = {
+        "dry_run": True,
+        "title": study.title,
+        "problems": sizes,
+        "algorithms": algorithms,
+        "evaluations": study.evaluations,
+        "per_variable": study.per_variable,
+        "n_runs": study.n_runs,
+        "folder": str(folder),
+    }
+    output.print_document(document)
 
 
-def _format_size(size: Mapping[str, Any], view: View) -> dict[str, str]:
+def _format_size(size: ProblemSize, view: View) -> dict[str, str]:
     return {
         "variables": str(len(size["variables"])),
         "objectives": ", ".join(map(view.format_title, size["objectives"])),

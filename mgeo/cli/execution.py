@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import progress
 from rich.console import Console, Group
@@ -28,6 +28,11 @@ from mgeo.store.atomic import check_writable, lock_folder, write_file
 from mgeo.store.provenance import list_problem_versions
 from mgeo.store.run import Outcome, Run, RunConfiguration
 from mgeo.terminal import Output, build_console, escape_text
+
+if TYPE_CHECKING:
+    from mgeo.documents import ImpossibleDocument
+
+    pass
 
 _MAX_PROGRESS_SHARE = 0.02  # maximum share of the run time that the progress display may use
 _STOP_MESSAGE = "Stopping after this generation. Press Ctrl-C again to stop at once."
@@ -145,7 +150,8 @@ def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float 
     if reasons := call_optional(build_view(run.problem), View.infeasibility_reasons):
         output.print_title("No solution can satisfy all constraints")
         output.print_text(*(f"- {reason}" for reason in reasons))
-        output.print_document({"infeasibility_reasons": reasons})
+        document: ImpossibleDocument = {"infeasibility_reasons": list(reasons)}
+        output.print_document(document)
         return ExitCode.INCOMPLETE
     with convert_input_errors():
         folder.mkdir(parents=True, exist_ok=True)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import webbrowser
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import TerminationInterrupt, convert_input_errors
 from mgeo.terminal import Output
+
+if TYPE_CHECKING:
+    from mgeo.documents import ExploreDocument
 
 
 def explore(
@@ -53,9 +56,12 @@ def explore(
             f"Page: {server.url}",
             "The page is accessible from this machine only. End the server with Ctrl-C.",
         )
-        output.print_document(
-            {"url": server.url, "folder": str(folder), "save": str(save or folder)}
-        )
+        document: ExploreDocument = {
+            "url": server.url,
+            "folder": str(folder),
+            "save": str(save or folder),
+        }
+        output.print_document(document)
         if browser:
             webbrowser.open(server.url)
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from textwrap import indent
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,6 +15,15 @@ from mgeo.plugins.discovery import Plugin, PluginError, list_plugins, list_prese
 from mgeo.plugins.review import Section
 from mgeo.terminal import Output
 
+if TYPE_CHECKING:
+    from mgeo.documents import (
+        AlgorithmRow,
+        AlgorithmsDocument,
+        ProblemRow,
+        ProblemsDocument,
+        ProblemSize,
+    )
+
 
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems, with their objectives and presets."""
@@ -22,7 +31,8 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
 
     descriptions = [_describe_problem(plugin) for plugin in list_plugins()]
     output = Output(json=json)
-    output.print_document({"problems": descriptions})
+    document: ProblemsDocument = {"problems": descriptions}
+    output.print_document(document)
     if not descriptions:
         output.print("No problem is installed. Install one with: pip install mgeo-attitude")
         return
@@ -70,7 +80,8 @@ def algorithms(
     output = Output(json=json)
     if name is None:
         descriptions = [_describe_algorithm(each) for each in list_algorithms()]
-        output.print_document({"algorithms": descriptions})
+        document: AlgorithmsDocument = {"algorithms": descriptions}
+        output.print_document(document)
         rows = [
             (each["name"], each["library"], each["error"] or each["description"])
             for each in descriptions
@@ -91,11 +102,11 @@ def algorithms(
     output.print_commands({"Set a parameter": command})
 
 
-def _describe_algorithm(name: str) -> dict[str, Any]:
+def _describe_algorithm(name: str) -> AlgorithmRow:
     from mgeo.runs.algorithms import describe_algorithm
 
     try:
-        return describe_algorithm(name) | {"error": None}
+        return {**describe_algorithm(name), "error": None}
     except PluginError as error:  # One broken plugin must not hide the other algorithms.
         return {
             "name": name,
@@ -107,20 +118,24 @@ def _describe_algorithm(name: str) -> dict[str, Any]:
         }
 
 
-def _describe_problem(plugin: Plugin) -> dict[str, Any]:
+def _describe_problem(plugin: Plugin) -> ProblemRow:
     from mgeo.plugins.problems import load_problem
     from mgeo.plugins.protocol import describe_size
 
-    record: dict[str, Any] = {
+    size: ProblemSize = {"variables": [], "objectives": [], "constraints": 0}
+    message = None
+    try:
+        size = describe_size(load_problem(plugin.name))
+    except (ValueError, OSError) as error:  # One broken plugin must not hide the other problems.
+        message = str(error)
+    return {
         "name": plugin.name,
         "distribution": plugin.distribution,
         "version": plugin.version,
         "presets": list_preset_names(plugin.name),
+        **size,
+        "error": message,
     }
-    try:
-        return record | describe_size(load_problem(plugin.name)) | {"error": None}
-    except (ValueError, OSError) as error:  # One broken plugin must not hide the other problems.
-        return record | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
 
 
 def _format_default(default: object) -> str:

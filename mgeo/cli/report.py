@@ -5,13 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mgeo.cli import options
 from mgeo.cli.errors import convert_input_errors
 from mgeo.terminal import Output
+
+if TYPE_CHECKING:
+    from mgeo.documents import ReportDocument
+
+    pass
 
 FIGURES_FOLDER = "figures"
 COMPARISON_FILE = "comparison.html"
@@ -154,14 +159,16 @@ def report(
             one = next(name for name in figures if name not in names)
             output.print_text(f"Figure of a single problem: {one}.")
     output.print_files(written)
-    output.print_document(
-        {
-            **({"compared": list(map(str, sources))} if is_pair else {"folder": str(first)}),
-            "file": str(path) if page or is_study else None,
-            "bytes": len(page.encode()),
-            "figures": [str(folder / name) for name in files],
-        }
-    )
+    document: ReportDocument = {
+        "file": str(path) if page or is_study else None,
+        "bytes": len(page.encode()),
+        "figures": [str(folder / name) for name in files],
+    }
+    if is_pair:
+        document["compared"] = list(map(str, sources))
+    else:
+        document["folder"] = str(first)
+    output.print_document(document)
 
 
 def _check_options(

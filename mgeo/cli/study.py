@@ -1,4 +1,4 @@
-"""Commands ``mgeo study`` and ``mgeo schema``."""
+"""Command ``mgeo study``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -18,6 +18,7 @@ from mgeo.plugins.review import build_records
 from mgeo.terminal import Output
 
 if TYPE_CHECKING:
+    from mgeo.documents import ProblemResults, Statistics, StudyDocument
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.study_file import Study
 
@@ -128,21 +129,6 @@ def study(
     raise typer.Exit(_print_results(definition, comparisons, folder, output))
 
 
-def schema(
-    kind: Annotated[
-        Literal["study"], typer.Argument(metavar="KIND", help="Kind of the files: study.")
-    ],
-    debug: options.Debug = False,
-) -> None:
-    """Print the JSON Schema of study files, for completion and validation in editors.
-
-    Editors with Taplo find the schema by the first line of a file: #:schema ./study.schema.json
-    """
-    from mgeo.studies.schema import build_study_schema
-
-    typer.echo(build_study_schema())
-
-
 def _print_results(
     study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output
 ) -> int:
@@ -158,22 +144,21 @@ def _print_results(
 
     summary = summarize_study(comparisons, study.control)
     warnings = list_warnings(comparisons)
-    output.print_document(
-        {
-            "title": study.title,
-            "folder": str(folder),
-            "report": str(folder / REPORT_FILE),
-            "evaluations": study.evaluations,
-            "per_variable": study.per_variable,
-            "seeds": list(study.seeds),
-            "conclusions": [] if summary is None else summary.conclusions,
-            "warnings": warnings,
-            "ranks": [] if summary is None else build_records(summary.ranks),
-            "problems": {
-                label: _build_document(each, study.control) for label, each in comparisons.items()
-            },
-        }
-    )
+    document: StudyDocument = {
+        "title": study.title,
+        "folder": str(folder),
+        "report": str(folder / REPORT_FILE),
+        "evaluations": study.evaluations,
+        "per_variable": study.per_variable,
+        "seeds": list(study.seeds),
+        "conclusions": [] if summary is None else summary.conclusions,
+        "warnings": warnings,
+        "ranks": [] if summary is None else build_records(summary.ranks),
+        "problems": {
+            label: _build_document(each, study.control) for label, each in comparisons.items()
+        },
+    }
+    output.print_document(document)
     output.print_title(study.title)
     output.print_text(study.format_size(), "")
     if len(comparisons) > 1 and summary is not None:
@@ -225,7 +210,7 @@ def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
         yield None
 
 
-def _build_document(comparison: Comparison, control: str | None) -> dict[str, Any]:
+def _build_document(comparison: Comparison, control: str | None) -> ProblemResults:
     from mgeo.studies.conclusions import format_conclusions
 
     summary = comparison.summarize()
@@ -237,7 +222,7 @@ def _build_document(comparison: Comparison, control: str | None) -> dict[str, An
         "ranking": comparison.rank_algorithms(),
         "algorithms": {
             label: {
-                name: {key: float(value) for key, value in summary.loc[label, name].items()}
+                name: cast("Statistics", summary.loc[label, name].astype(float).to_dict())
                 for name in names
             }
             for label in comparison.algorithms

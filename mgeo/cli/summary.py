@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -21,6 +21,9 @@ from mgeo.runs.summary import (
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, RUN_FILES, build_run_document
 from mgeo.terminal import Output
+
+if TYPE_CHECKING:
+    from mgeo.documents import Recommended, RunSummary
 
 
 def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
@@ -47,21 +50,20 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     infeasibility = explain_infeasibility(view) if outcome.nearest else None
     warnings = [*(front.warnings if front else []), *_list_run_warnings(outcome)]
     files = [name for name in RUN_FILES if (folder / name).exists()]
-    output.print_document(
-        {
-            "folder": str(folder),
-            "files": files,
-            "recommended": front and _build_recommended_document(front),
-            "front": build_records(front.front.rename_axis("solution")) if front else [],
-            "infeasibility": infeasibility
-            and {
-                "violations": build_records(infeasibility.build_table()),
-                "suggestions": infeasibility.suggestions,
-            },
-            "warnings": warnings,
-            **build_run_document(run),
+    summary: RunSummary = {
+        "folder": str(folder),
+        "files": files,
+        "recommended": _build_recommended_document(front) if front else None,
+        "front": build_records(front.front.rename_axis("solution")) if front else [],
+        "infeasibility": {
+            "violations": build_records(infeasibility.build_table()),
+            "suggestions": list(infeasibility.suggestions),
         }
-    )
+        if infeasibility
+        else None,
+        "warnings": warnings,
+    }
+    output.print_document({**summary, **build_run_document(run)})
     if not output.is_text:
         return
     title, cost = _describe_run(run, view)
@@ -165,8 +167,8 @@ def _list_next_commands(view: View, folder: Path, outcome: Outcome) -> dict[str,
     return commands
 
 
-def _build_recommended_document(front: FrontSummary) -> dict[str, Any]:
-    tables = {
+def _build_recommended_document(front: FrontSummary) -> Recommended:
+    tables: Any = {
         key: build_records(section.table)
         for key, section in front.overview.items()
         if section.table is not None

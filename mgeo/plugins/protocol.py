@@ -21,6 +21,7 @@ from mgeo.plugins.discovery import PluginError, convert_plugin_errors
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
+    from mgeo.documents import ProblemSize
     from mgeo.plugins.view import View
 
 P = ParamSpec("P")
@@ -323,7 +324,7 @@ def _read_names(
     return names
 
 
-def describe_size(problem: Problem) -> dict[str, Any]:
+def describe_size(problem: Problem) -> ProblemSize:
     """Return variable names, objective names and constraint count as a JSON-compatible dict."""
     variables, objectives = get_column_names(problem)
     return {

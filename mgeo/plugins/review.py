@@ -69,7 +69,7 @@ class Review:
     sections: tuple[Section, ...]
 
 
-def build_records(table: pd.DataFrame) -> list[dict[Any, Any]]:
+def build_records(table: pd.DataFrame) -> list[Any]:
     """Return the rows of a table as dicts for JSON output, with units in the keys.
 
     The column ``duration [s]`` has the key ``duration_s``. Row names are included, unless the index

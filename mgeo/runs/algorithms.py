@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
+    from mgeo.documents import AlgorithmDocument, Parameter
+
 #: Number of generations without an evaluation after which a run ends.
 MAX_IDLE_GENERATIONS = 100
 
@@ -209,17 +211,15 @@ def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
     return int(max(1, DEFAULT_WALKER_GENERATIONS // walkers) * walkers * problem.n_var)
 
 
-def describe_algorithm(name: str) -> dict[str, Any]:
+def describe_algorithm(name: str) -> AlgorithmDocument:
     """Describe an algorithm by name, label, description and parameters in a JSON-serializable dict.
 
     ``mgeo algorithms`` prints this dict.
 
     Returns
     -------
-    dict
-        ``name``, ``label``, ``library`` ("mgeo", "pymoo" or the package of a plugin),
-        ``description`` and ``parameters``, a list of dicts of ``name``, ``default`` and
-        ``meaning``.
+    AlgorithmDocument
+        Dict with the keys that the JSON document declares.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def describe_algorithm(name: str) -> dict[str, Any]:
     else:
         label, description = name, (inspect.getdoc(_load_class(name)) or "").partition("\n")[0]
     library = "pymoo" if _has_population_only(name) else _load_class(name).__module__.split(".")[0]
-    rows = [
+    rows: list[Parameter] = [
         {"name": key, "default": value, "meaning": meanings.get(key, "")}
         for key, value in defaults.items()
     ]

@@ -33,10 +33,14 @@ class RunConfiguration(Table):
 
     Attributes
     ----------
-    problem, algorithm : str
-        Names, see `mgeo.plugins.discovery` and `mgeo.runs.algorithms`.
-    options, parameters : dict
-        Options of the problem and parameters of the algorithm, as JSON values.
+    problem : str
+        Name of the problem; see `mgeo.plugins.discovery`.
+    options : dict
+        Options of the problem as JSON values, such as the keys of a scenario.
+    algorithm : str
+        Name of the algorithm; see `mgeo.runs.algorithms`.
+    parameters : dict
+        Parameters of the algorithm as JSON values.
     evaluations : int
         Budget of evaluations.
     seed : int
@@ -96,8 +100,12 @@ class Outcome(Table):
     X, F, G, H : arrays, shapes (n, n_var), (n, n_obj), (n, n_ieq_constr) and (n, n_eq_constr)
         Variables, objectives, inequality and equality constraints, in units of the problem; n is 0
         if no feasible solution was found.
-    variables, objectives, constraints : tuple of str
-        Names of the columns of X and F, and of the constraints.
+    variables : tuple of str
+        Names of the variables, which are the columns of X.
+    objectives : tuple of str
+        Names of the objectives, which are the columns of F.
+    constraints : tuple of str
+        Names of the constraints.
     arrays : mapping of arrays, shape (n, ...)
         Further values of each solution, from ``View.arrays()`` of the problem.
     nearest : NearestSolutions
@@ -110,8 +118,10 @@ class Outcome(Table):
         Number of failed evaluations by cause.
     n_low_fidelity : int
         Number of initial low-fidelity evaluations (see `mgeo.MGEOStaged`).
-    n_refined, n_added : int
-        Numbers of solutions that the local refinement replaced and added.
+    n_refined : int
+        Number of solutions that the local refinement replaced.
+    n_added : int
+        Number of solutions that the local refinement added.
     refinement_error : str
         Reason for an early end of the local refinement, otherwise empty.
     checkpoint_error : str or None
@@ -121,7 +131,7 @@ class Outcome(Table):
     start_time : datetime
         Start of the run (UTC).
     wall_time_s : float
-        Duration [s].
+        Duration of the run [s].
     """
 
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)

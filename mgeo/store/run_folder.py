@@ -39,9 +39,26 @@ STUDY_FILE = "study.json"
 VERIFICATION_FILES = "verification*.json"
 
 
-class _RunDocument(Table):
+class RunDocument(Table):
+    """Keys of ``run.json`` beside those of `mgeo.store.run.Outcome`.
+
+    Attributes
+    ----------
+    format : int
+        Version of the file format.
+    configuration : RunConfiguration
+        All settings of the run, defaults included.
+    versions : dict of str to str
+        Versions of Python and of the packages, by name.
+    n_solutions : int
+        Number of solutions in front.csv.
+    n_nearest : int
+        Number of solutions in nearest.csv, 0 if a solution is feasible.
+    """
+
     model_config = ConfigDict(extra="ignore")
 
+    format: int
     configuration: RunConfiguration
     versions: dict[str, str]
     n_solutions: int
@@ -143,7 +160,7 @@ def read_run(folder: Path | str) -> Run:
             raise ValueError(
                 f"format = {file_format!r}: this version of mgeo reads format {FORMAT_VERSION}"
             )
-        document = validate_table(_RunDocument, data)
+        document = validate_table(RunDocument, data)
         arrays = ("X", "F", "G", "H", "arrays", "nearest")  # Separate files contain these fields.
         outcome = validate_table(Outcome, {key: data[key] for key in data if key not in arrays})
     front = _read_table(folder / FRONT_FILE, _list_front_columns(outcome), document.n_solutions)

@@ -55,7 +55,7 @@ def test_conclude_names_the_best_suite_within_a_budget(run, problem):
     document = json.loads(mgeo("suite", "conclude", run, "--budget", 3, "--json").stdout)
     price, accuracy = solved.outcome.F.T
     (best,) = document["budgets"]
-    assert best["attitude_sigma_deg"] == accuracy[price <= 3].min()
+    assert best["attitude_1sigma_deg"] == accuracy[price <= 3].min()
     assert price[best["solution"]] == best["price_keur"] <= 3
     text = mgeo("suite", "conclude", run).stdout
     for budget in (10, 30, 60):
@@ -69,8 +69,8 @@ def test_summary_of_a_front_has_prices_with_and_without_a_star_tracker(problem, 
     F = np.array([[1.0, 0.9], [2.0, 0.5], [9.0, 0.09], [12.0, 0.05]])
     none, affordable = find_best_suites(suite_problem, X, F, [0.5, 5.0])
     assert none["suite"] is None
-    assert (affordable["solution"], affordable["attitude_sigma_deg"]) == (1, 0.5)
-    prices = {p.pop("attitude_sigma_deg"): p for p in find_lowest_prices(suite_problem, X, F)}
+    assert (affordable["solution"], affordable["attitude_1sigma_deg"]) == (1, 0.5)
+    prices = {p.pop("attitude_1sigma_deg"): p for p in find_lowest_prices(suite_problem, X, F)}
     assert list(prices[1.0].values()) == [1.0, 1.0]
     assert list(prices[0.1].values()) == [9.0, None]
     assert list(prices[0.03].values()) == [None, None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from mgeo_attitude._typing import Floats
@@ -13,10 +13,13 @@ from mgeo_suite.catalog import NONE
 from mgeo_suite.problem import SensorSuiteProblem
 from mgeo_suite.view import ACCURACY_LEVELS_DEG
 
+if TYPE_CHECKING:
+    from mgeo_suite.documents import BudgetRow, PriceRow
+
 
 def find_best_suites(
     problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Iterable[float]
-) -> list[dict[str, Any]]:
+) -> list[BudgetRow]:
     """Return the most accurate suite of a front within each budget, as one dict per budget.
 
     Parameters
@@ -32,37 +35,36 @@ def find_best_suites(
 
     Returns
     -------
-    list of dict
-        ``budget_keur``, and the number ``solution`` of the suite with its ``price_keur``,
-        ``attitude_sigma_deg`` (worst of all axes) and ``suite`` as text. All but the budget are
-        None if no suite is within the budget.
+    list of BudgetRow
+        All values but the budget are None if no suite is within the budget.
     """
     choices, _ = problem.split_designs(X)
     price, accuracy = _select_objectives(problem, F)
-    rows = []
+    rows: list[BudgetRow] = []
     for budget in budgets:
         affordable = np.flatnonzero(price <= budget)
-        row = dict.fromkeys(("solution", "price_keur", "attitude_sigma_deg", "suite"))
-        if len(affordable):
-            best = int(affordable[np.argmin(accuracy[affordable])])
-            suite = problem.suites.describe_suite(choices[best])
-            row = dict(zip(row, (best, price[best], accuracy[best], suite), strict=True))
-        rows.append({"budget_keur": budget, **row})
+        best = int(affordable[np.argmin(accuracy[affordable])]) if len(affordable) else None
+        rows.append(
+            {
+                "budget_keur": budget,
+                "solution": best,
+                "price_keur": None if best is None else float(price[best]),
+                "attitude_1sigma_deg": None if best is None else float(accuracy[best]),
+                "suite": None if best is None else problem.suites.describe_suite(choices[best]),
+            }
+        )
     return rows
 
 
-def find_lowest_prices(
-    problem: SensorSuiteProblem, X: ArrayLike, F: Floats
-) -> list[dict[str, float | None]]:
+def find_lowest_prices(problem: SensorSuiteProblem, X: ArrayLike, F: Floats) -> list[PriceRow]:
     """Return the lowest price on a front for each accuracy in `ACCURACY_LEVELS_DEG`.
 
     The parameters are as for `find_best_suites`.
 
     Returns
     -------
-    list of dict
-        ``attitude_sigma_deg``, ``price_keur``, and ``price_without_star_tracker_keur``. A price is
-        None if no suite reaches the accuracy.
+    list of PriceRow
+        A price is None if no suite reaches the accuracy.
     """
     choices, _ = problem.split_designs(X)
     price, accuracy = _select_objectives(problem, F)
@@ -70,7 +72,7 @@ def find_lowest_prices(
     has_tracker = np.array([options.get("star tracker", NONE) != NONE for options in names])
     return [
         {
-            "attitude_sigma_deg": level,
+            "attitude_1sigma_deg": level,
             "price_keur": _find_minimum(price[accuracy <= level]),
             "price_without_star_tracker_keur": _find_minimum(
                 price[(accuracy <= level) & ~has_tracker]

@@ -170,7 +170,7 @@ def test_screen_has_the_numbers_of_the_document(tmp_path, monkeypatch):
     attitude = recommended["accuracy"][0]
     assert attitude["quantity"] == "attitude"
     (row,) = [line.split() for line in lines if line.startswith("attitude  ")]
-    keys = ("before", "predicted", "90_percent_of_runs", "lower_bound", "ratio")
+    keys = ("before", "predicted", "in_90_percent_of_runs", "lower_bound", "ratio")
     np.testing.assert_allclose([float(v) for v in row[2:]], [attitude[k] for k in keys], rtol=0.006)
     assert {each["constraint"] for each in recommended["constraints"]} == {
         "wheel momentum",

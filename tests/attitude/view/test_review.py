@@ -56,7 +56,7 @@ def test_largest_error_sources_come_first(plan, sections):
         sections["budget"].table["attitude [%]"].astype(float),
     )
     assert drivers["error source"].to_list() == budget.nlargest(3).index.to_list()
-    assert (drivers["1-sigma if halved"] < plan.attitude_sigma_deg).all()
+    assert (drivers["if halved"] < plan.attitude_sigma_deg).all()
 
 
 def test_phases_show_the_worst_axis(plan, sections):

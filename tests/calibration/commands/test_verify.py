@@ -118,6 +118,6 @@ def test_path_constraint_violation_is_reported(run, tmp_path, monkeypatch):
     assert document["gyro_guidance"][2]["quantity"] == "Sun off camera"
     assert document["gyro_guidance"][2]["violated_percent"] == 100.0
     (row,) = document["path_constraints"]
-    assert row["path constraint"] == "Sun off camera"
-    assert row["steered: runs [%]"] == 100.0
-    assert 0.0 < row["open loop: time [%]"] < 100.0
+    assert row["path_constraint"] == "Sun off camera"
+    assert row["steered_runs_percent"] == 100.0
+    assert 0.0 < row["open_loop_time_percent"] < 100.0

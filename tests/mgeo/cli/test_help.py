@@ -57,7 +57,7 @@ def test_version_option_lists_packages(mgeo):
         (["algorithms", "--jso"], r"There is no option --jso; did you mean --json\? \(see .*"),
         (["study", "a.toml", "--seeds", "x"], r"--seeds x: expected an integer \(see .*"),
         (["study", "a.toml", "--seeds", "0"], r"--seeds 0: expected at least 1 \(see .*"),
-        (["schema", "nothing"], r"KIND nothing: .*'study' \(see .*"),
+        (["schema", "nothing"], r"NAME = 'nothing': .*'study\.toml'.*"),
         (["suite", "catalog", "none.toml"], r"none.toml: no such file or directory"),
         (["report", "none"], r"there is no folder none"),
         (["solv"], r"No such command 'solv'.* \(see mgeo --help\)"),

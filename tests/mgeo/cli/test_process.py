@@ -33,7 +33,7 @@ import atexit, os, sys
 from mgeo.cli.app import main
 assert "numpy" not in sys.modules
 atexit.register(lambda: print(os.environ["OPENBLAS_NUM_THREADS"]))
-sys.argv = ["mgeo", "--no-color", "schema", "study"]
+sys.argv = ["mgeo", "--no-color", "schema", "study.toml"]
 main()
 """
 

@@ -14,7 +14,7 @@ FILES = sorted(STUDIES.glob("*.toml"))[:2]
 
 @pytest.fixture
 def schema(mgeo):
-    done = mgeo("schema", "study")
+    done = mgeo("schema", "study.toml")
     assert (done.exit_code, done.stderr) == (0, "")
     return json.loads(done.stdout)
 

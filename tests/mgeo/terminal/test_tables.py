@@ -35,7 +35,7 @@ def test_column_of_integers_has_no_decimals():
 
 def test_keys_contain_the_units():
     titles = ["attitude 1-sigma [deg]", "rate x [deg/s]", "trace [-]", "90 % of runs"]
-    keys = ["attitude_1sigma_deg", "rate_x_deg_s", "trace", "90_percent_of_runs"]
+    keys = ["attitude_1sigma_deg", "rate_x_deg_s", "trace", "in_90_percent_of_runs"]
     assert list(map(format_key, titles)) == keys
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +17,9 @@ from mgeo.cli.options import Debug, Json, Quiet, complete_from
 from mgeo.terminal import Output, format_json
 from mgeo_attitude.export_formats import FORMATS
 from mgeo_attitude.plan_sections import FIRST_PAGE, SECTION_KEYS
+
+if TYPE_CHECKING:
+    from mgeo_attitude.documents import CheckDocument, ExportDocument
 
 app = typer.Typer(help="Calibration maneuvers: select a plan of a front, analyze it and export it.")
 
@@ -200,7 +203,8 @@ def export(
             write_file(path, content)
         if output.is_text:
             print_export(picked, contents, warnings, spacing, output)
-    output.print_document({"files": [str(path) for path in contents], "warnings": warnings})
+    exported: ExportDocument = {"files": list(map(str, contents)), "warnings": warnings}
+    output.print_document(exported)
 
 
 @app.command(epilog=format_examples("check", EXAMPLES))
@@ -242,7 +246,15 @@ def check(
         f"Compared: {difference.n_designs} random plans of {problem.scenario.name}, "
         f"{difference.n_samples:,} filter steps.",
     )
-    output.print_document({"agrees": agrees, "tolerance": TOLERANCE} | vars(difference))
+    document: CheckDocument = {
+        "agrees": agrees,
+        "tolerance": TOLERANCE,
+        "n_designs": difference.n_designs,
+        "n_samples": difference.n_samples,
+        "has_equal_ends": difference.has_equal_ends,
+        "max_difference": difference.max_difference,
+    }
+    output.print_document(document)
     raise typer.Exit(ExitCode.SUCCESS if agrees else ExitCode.INCOMPLETE)
 
 

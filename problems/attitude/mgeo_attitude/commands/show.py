@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mgeo.plugins.review import build_records
 from mgeo.report.review_page import render_review_page
@@ -18,6 +18,9 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.summary import list_warnings, warn_of_late_convergence
 from mgeo_attitude.plan.tables import SECTIONS, build_review, build_sections
 from mgeo_attitude.plan_sections import SECTION_KEYS, SUMMARY
+
+if TYPE_CHECKING:
+    from mgeo_attitude.documents import PlanSummary
 
 
 def print_plan(selected: SelectedPlan, keys: Collection[str], output: Output) -> None:
@@ -56,7 +59,7 @@ def build_plan_document(selected: SelectedPlan, keys: Collection[str]) -> dict[s
     return ({SUMMARY: _build_summary(selected)} if SUMMARY in keys else {}) | tables
 
 
-def _build_summary(selected: SelectedPlan) -> dict[str, Any]:
+def _build_summary(selected: SelectedPlan) -> PlanSummary:
     plan, attitude = selected.plan, selected.plan.accuracy.iloc[0]
     (monte_carlo_t_end,) = plan.view.monte_carlo_t_end
     return {

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from mgeo.plugins.review import build_records
 from mgeo.store.atomic import write_file
 from mgeo.validation.arguments import reject_unknown_keywords
 from mgeo.validation.entries import get_entry
@@ -20,6 +21,9 @@ from mgeo_attitude.export_formats import FORMATS, find_format
 from mgeo_attitude.plan.documents import DocumentFormat, read_document, serialize
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import PLAN_FORMAT
+
+if TYPE_CHECKING:
+    from mgeo_attitude.documents import PredictedEnd
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
@@ -208,25 +212,23 @@ def read_json(path: Path | str) -> ManeuverPlan:
 
 
 def _derive_entries(plan: ManeuverPlan) -> dict[str, Any]:
-    hold = {"hold end [s]": plan.hold_end} if plan.describe_hold() else {}
-    slew_back = {"slew-back end [s]": plan.duration} if plan.slew_back else {}
+    predicted: PredictedEnd = {
+        "t_end_s": plan.t_end,
+        "trace": plan.trace,
+        "attitude_1sigma_deg": plan.attitude_sigma_deg,
+        "converged": plan.converged,
+    }
+    if plan.describe_hold():
+        predicted["hold_end_s"] = plan.hold_end
+    if plan.slew_back:
+        predicted["slew_back_end_s"] = plan.duration
     return {
-        "predicted": {
-            "t_end [s]": plan.t_end,
-            "trace [-]": plan.trace,
-            "attitude 1-sigma [deg]": plan.attitude_sigma_deg,
-            "converged": plan.converged,
-            **hold,
-            **slew_back,
-        },
+        "predicted": predicted,
         # The last digits of a margin depend on the libraries, since it is a difference of close
         # numbers.
-        "constraints": plan.build_constraint_table()
-        .drop(columns="margin")
-        .reset_index()
-        .to_dict("records"),
-        "timeline": plan.build_timeline().to_dict("records"),
-        "accuracy": plan.build_accuracy_table().reset_index().to_dict("records"),
+        "constraints": build_records(plan.build_constraint_table().drop(columns="margin")),
+        "timeline": build_records(plan.build_timeline()),
+        "accuracy": build_records(plan.build_accuracy_table()),
     }
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from mgeo_attitude.commands.app import USER_ERRORS, Overwrite, Pick, Solution, Source, Time
@@ -16,6 +16,11 @@ from mgeo.cli.errors import ExitCode, convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json, Quiet
 from mgeo.terminal import Output, format_json
+
+if TYPE_CHECKING:
+    from mgeo_calibration.documents import SimulationDocument
+
+    pass
 
 app = typer.Typer()
 
@@ -162,14 +167,13 @@ def fly(
         files[str(truth)] = "true attitude and errors at the last sample, for --after"
     output = Output(quiet, json)
     command.print_simulation(source, picked, telemetry, compared, simulator, files, output)
-    output.print_document(
-        {
-            "files": list(files),
-            "n_samples": len(telemetry.times),
-            "comparison": build_records(compared),
-            "truth": document,
-        }
-    )
+    simulation: SimulationDocument = {
+        "files": list(files),
+        "n_samples": len(telemetry.times),
+        "comparison": build_records(compared),
+        "truth": document,
+    }
+    output.print_document(simulation)
 
 
 @app.command(epilog=format_examples("calibrate", EXAMPLES))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan, load_plan
@@ -24,6 +24,11 @@ from mgeo_calibration.calibration.sections import (
     build_recalibration_section,
     build_summary_sections,
 )
+
+if TYPE_CHECKING:
+    from mgeo_calibration.documents import CalibrationOutput, RefusalDocument
+
+    pass
 
 #: Files of the output folder and their contents, in the order of writing.
 FILES = {
@@ -177,7 +182,9 @@ def print_checks(error: CalibrationError, output: Output) -> None:
         f"- {name}: {'; '.join(findings) or 'passed'}." for name, findings in error.checks.items()
     ]
     output.print_sections(Section("Checks of the telemetry", lines=tuple(lines)))
-    output.print_document({"error": str(error), "checks": dict(error.checks)})
+    checks = {name: list(findings) for name, findings in error.checks.items()}
+    document: RefusalDocument = {"error": str(error), "checks": checks}
+    output.print_document(document)
 
 
 def build_calibration_document(
@@ -186,9 +193,8 @@ def build_calibration_document(
     """Return a calibration as a JSON-serializable dict, the verdict first, with its comparison to a
     plan and the list of written files.
     """
-    return {
-        **summarize(calibration),
+    entries: CalibrationOutput = {
         "predicted": [] if predicted is None else build_records(predicted),
         "files": files,
-        **build_document(calibration),
     }
+    return {**summarize(calibration), **entries, **build_document(calibration)}

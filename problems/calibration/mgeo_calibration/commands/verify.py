@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.summary import list_warnings
+from mgeo_attitude.plan.tables import SECTIONS
 
 from mgeo._text import format_duration, format_two_digits
 from mgeo.plugins.review import Section, build_records
@@ -28,6 +29,9 @@ from mgeo_calibration.verification import (
     format_conclusion,
     list_suggestions,
 )
+
+if TYPE_CHECKING:
+    from mgeo_calibration.documents import VerificationDocument
 
 
 def print_verification(
@@ -143,7 +147,7 @@ def _build_objective_table(table: pd.DataFrame) -> pd.DataFrame:
 
 def build_verification_document(
     picked: SelectedPlan, verification: Verification, seed: int
-) -> dict[str, Any]:
+) -> VerificationDocument:
     """Return a verification as a JSON-serializable dict, with the problem and the design of the
     verified plan.
     """
@@ -183,7 +187,7 @@ def build_verification_document(
         "design": list(plan.design),
         "path_constraints": build_records(verification.path_constraints),
         "gyro_guidance": build_records(verification.gyro_guidance),
-        "monte_carlo": build_records(plan.compare_with_monte_carlo()),
+        "objectives": build_records(SECTIONS["objectives"].table(plan)),
     }
 
 

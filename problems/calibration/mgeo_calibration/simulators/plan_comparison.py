@@ -33,7 +33,7 @@ MAX_RATE, WHEEL_MOMENTUM = "largest body rate", "largest wheel momentum"
 _BOUND_COLUMNS = ["bound_type", "bound_value"]
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
-MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % quantile", "violated [%]"
+MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % of runs", "violated [%]"
 
 
 def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:

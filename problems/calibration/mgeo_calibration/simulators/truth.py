@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from mgeo_attitude.environment.times import seconds_between
@@ -17,6 +17,9 @@ from scipy.spatial.transform import Rotation
 from mgeo.validation.entries import get_entry
 from mgeo_calibration.calibration.corrections import convert_block, list_telemetry_units
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
+
+if TYPE_CHECKING:
+    from mgeo_calibration.documents import TruthFile
 
 FORMAT = "mgeo-attitude-truth"
 VERSION = 1
@@ -59,7 +62,7 @@ def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
 
 def build_truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
-) -> dict[str, Any]:
+) -> TruthFile:
     """Return the true attitude and states at the last sample as a JSON-serializable dict with the
     keys of ``calibration.json``.
 

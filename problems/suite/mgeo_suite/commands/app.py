@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +16,11 @@ from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json
 from mgeo.plugins.review import Section
 from mgeo.terminal import Output
+
+if TYPE_CHECKING:
+    from mgeo_suite.documents import ConcludeDocument
+
+    pass
 
 app = typer.Typer(help="List the sensors of a catalog, and summarize a front of sensor suites.")
 
@@ -104,17 +109,25 @@ def conclude(
     suites = find_best_suites(problem, X, F, budget or _DEFAULT_BUDGETS_KEUR)
     prices = find_lowest_prices(problem, X, F)
     output = Output(json=json)
-    output.print_document({"folder": str(run), "budgets": suites, "accuracies": prices})
+    document: ConcludeDocument = {"folder": str(run), "budgets": suites, "accuracies": prices}
+    output.print_document(document)
     within_budgets = pd.DataFrame(
         {
             "budget [kEUR]": [_format(each["budget_keur"]) for each in suites],
             "price [kEUR]": [_format(each["price_keur"]) for each in suites],
-            "attitude 1-sigma [deg]": [_format(each["attitude_sigma_deg"], 2) for each in suites],
+            "attitude 1-sigma [deg]": [_format(each["attitude_1sigma_deg"], 2) for each in suites],
             "solution": [_format(each["solution"]) for each in suites],
         }
     )
     titles = ["attitude 1-sigma [deg]", "price [kEUR]", "without star tracker [kEUR]"]
-    lowest = [[_format(value) for value in each.values()] for each in prices]
+    lowest = [
+        (
+            _format(each["attitude_1sigma_deg"]),
+            _format(each["price_keur"]),
+            _format(each["price_without_star_tracker_keur"]),
+        )
+        for each in prices
+    ]
     texts = (f"- {each['budget_keur']:g} kEUR: {each['suite'] or 'no suite'}" for each in suites)
     output.print_sections(
         Section("Most accurate suite within each budget", (), within_budgets, "\n".join(texts)),

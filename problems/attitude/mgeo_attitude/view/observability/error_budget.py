@@ -70,9 +70,9 @@ def find_error_drivers(
     -------
     DataFrame
         Three rows per 3-vector of the state, the largest source first. Columns: ``quantity``;
-        ``unit``; ``error source``; ``share [%]`` of the variance; ``1-sigma``; and ``1-sigma if
-        halved``, which the plan would reach with half of the error source, or NaN for a source that
-        `improvements` does not contain.
+        ``unit``; ``error source``; ``share [%]`` of the variance; ``predicted`` 1-sigma;
+        and ``if halved``, the 1-sigma which the plan would reach with half of the error source, or
+        NaN for a source that `improvements` does not contain.
     """
     units, tables = list_block_units(model.suite), []
     required = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])]
@@ -84,8 +84,8 @@ def find_error_drivers(
             "unit": unit.unit,
             "error source": largest.index,
             "share [%]": 100.0 * (largest / column[TOTAL]).to_numpy() ** 2,
-            "1-sigma": column[TOTAL],
-            "1-sigma if halved": improvements.iloc[:, block].reindex(largest.index).to_numpy(),
+            "predicted": column[TOTAL],
+            "if halved": improvements.iloc[:, block].reindex(largest.index).to_numpy(),
         }
         tables.append(pd.DataFrame(columns))
     return pd.concat(tables, ignore_index=True)

@@ -1,0 +1,337 @@
+"""Declarations of the JSON documents that the commands of `mgeo` print with ``--json``."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NotRequired
+
+from typing_extensions import TypedDict
+
+from mgeo.store.run import Outcome, RunConfiguration
+from mgeo.store.run_folder import RunDocument
+from mgeo.validation.documents import Document, extensible
+
+
+@extensible
+class ConstraintRow(TypedDict):
+    """Constraint of one solution."""
+
+    constraint: str
+    """Name of the constraint."""
+    unit: str
+    """Unit of value, bound and margin; empty or "-" if there is none."""
+    value: float | None
+    """Value of the constrained quantity; null if the problem reports margins only."""
+    bound_type: str
+    """"at most" or "at least"."""
+    bound_value: float | None
+    """Bound of the value; null like `value`."""
+    margin: float | None
+    """Distance to the bound, negative if the constraint is violated."""
+
+
+@extensible
+class Recommended(TypedDict):
+    """Recommended solution of a front: the knee or, without a knee, the best of objective 1.
+
+    Further keys are tables of the problem, with one object per row. The problem `attitude` has
+    `accuracy` and `maneuvers`; a problem without tables of its own has `values`.
+    """
+
+    solution: int
+    """Number of the solution: its row in front.csv, from 0."""
+    label: str
+    """Reason of the recommendation, such as "knee"."""
+    summary: str
+    """Summary of the solution in one line."""
+    constraints: list[ConstraintRow]
+    """Constraints of the solution."""
+
+
+@extensible
+class FrontRow(TypedDict):
+    """Representative solution of a front.
+
+    Further keys are quantities of the problem, with the unit at the end of the key. The problem
+    `attitude` has `converges_after_s`, `attitude_1sigma_deg`, `trace_of_covariance` and
+    `trace_ratio_to_lower_bound`.
+    """
+
+    solution: int
+    """Number of the solution: its row in front.csv, from 0."""
+    label: str
+    """Reason of the selection, such as "min-time", "knee" or "between"."""
+
+
+@extensible
+class Violation(TypedDict):
+    """Constraint that the solutions nearest to feasibility violate.
+
+    If the problem reports them, `unit`, `value` and `bound` are further keys.
+    """
+
+    constraint: str
+    """Name of the constraint."""
+    violation: float | None
+    """Smallest violation among these solutions."""
+    found_in: str
+    """Number of solutions that violate the constraint, such as "12 of 30"."""
+
+
+class Infeasibility(TypedDict):
+    """Analysis of a run without a feasible solution."""
+
+    violations: list[Violation]
+    """Violated constraints."""
+    suggestions: list[str]
+    """Suggestions to make the problem feasible, one sentence each."""
+
+
+class RunSummary(TypedDict):
+    """Summary of a run."""
+
+    folder: str
+    """Run folder."""
+    files: list[str]
+    """Names of the files in the run folder."""
+    recommended: Recommended | None
+    """Recommended solution; null if no solution is feasible."""
+    front: list[FrontRow]
+    """About five representative solutions of the front, sorted by the first objective."""
+    infeasibility: Infeasibility | None
+    """Violated constraints and suggestions; null if there is a feasible solution."""
+    warnings: list[str]
+    """Warnings, each with what to do."""
+
+
+class ImpossibleDocument(TypedDict):
+    """Result of a run that does not start, because no design can satisfy the constraints."""
+
+    infeasibility_reasons: list[str]
+    """Reasons, one sentence each."""
+
+
+class ProblemSize(TypedDict):
+    """Size of a problem."""
+
+    variables: list[str]
+    """Names of the variables, with units in brackets."""
+    objectives: list[str]
+    """Names of the objectives, with units in brackets."""
+    constraints: int
+    """Number of constraints."""
+
+
+class DryRun(TypedDict):
+    """Run that would be made."""
+
+    dry_run: Literal[True]
+    """Always true."""
+    configuration: RunConfiguration
+    """All settings of the run, defaults included."""
+    facts: dict[str, str]
+    """Properties of the problem, by name."""
+    warnings: list[str]
+    """Warnings about the problem, each with what to do."""
+    folder: str
+    """Folder that the run would write."""
+    files: list[str]
+    """Names of the files that the run would write."""
+
+
+class ReportDocument(TypedDict):
+    """Files of a report."""
+
+    folder: NotRequired[str]
+    """Folder of the run or the study."""
+    compared: NotRequired[list[str]]
+    """Both runs or solution files, if two are compared; in place of `folder`."""
+    file: str | None
+    """Path of the page; null if only figures were written."""
+    bytes: int
+    """Size of the page that was written; 0 if only figures were written."""
+    figures: list[str]
+    """Paths of the figures of `--png`, `--pdf`, `--figure` and `--paper`."""
+
+
+class ProblemRow(ProblemSize):
+    """Installed problem."""
+
+    name: str
+    """Name for `mgeo solve`."""
+    distribution: str
+    """Package that contains the problem."""
+    version: str
+    """Version of the package."""
+    presets: list[str]
+    """Names of the presets for `--scenario`."""
+    error: str | None
+    """Reason why the problem cannot be loaded, otherwise null."""
+
+
+class ProblemsDocument(TypedDict):
+    """Installed problems."""
+
+    problems: list[ProblemRow]
+    """Problems, sorted by name."""
+
+
+class Parameter(TypedDict):
+    """Parameter of an algorithm."""
+
+    name: str
+    """Name for `--set`."""
+    default: Any
+    """Default: a number, a text, true or false, a list, or null."""
+    meaning: str
+    """Meaning and permitted values."""
+
+
+class AlgorithmDocument(TypedDict):
+    """Algorithm and its parameters."""
+
+    name: str
+    """Name for `--algorithm`."""
+    label: str
+    """Name in texts and figures."""
+    library: str
+    """Package that contains the algorithm, such as "mgeo" or "pymoo"."""
+    description: str
+    """Method and use in one line."""
+    parameters: list[Parameter]
+    """Parameters."""
+
+
+class AlgorithmRow(AlgorithmDocument):
+    """Algorithm in the list of all algorithms."""
+
+    error: str | None
+    """Reason why the algorithm cannot be loaded, otherwise null."""
+
+
+class AlgorithmsDocument(TypedDict):
+    """All algorithms."""
+
+    algorithms: list[AlgorithmRow]
+    """Algorithms of mgeo, of pymoo and of installed plugins."""
+
+
+class RankRow(TypedDict):
+    """Rank of an algorithm over all problems of a study."""
+
+    algorithm: str
+    """Label of the algorithm."""
+    average_rank: float
+    """Average rank over the problems; 1 is the best."""
+    best_on: int
+    """Number of problems on which the algorithm has the best median."""
+    ahead: float | None
+    """Number of problems on which the reference algorithm is significantly better. The reference is
+    the control of the study or the best algorithm; its own value is null."""
+    even: float | None
+    """Number of problems without a significant difference to the reference algorithm."""
+    behind: float | None
+    """Number of problems on which the reference algorithm is significantly worse."""
+    p_holm: float | None
+    """p value of the difference in rank to the reference algorithm, with Holm's correction."""
+
+
+class Statistics(TypedDict):
+    """Statistics of an indicator over the runs of one algorithm."""
+
+    mean: float | None
+    """Mean."""
+    sd: float | None
+    """Sample standard deviation; null for a single run."""
+    median: float | None
+    """Median."""
+    min: float | None
+    """Smallest value."""
+    max: float | None
+    """Largest value."""
+
+
+class ProblemResults(TypedDict):
+    """Results of a study on one problem."""
+
+    n_finished: int
+    """Number of finished runs."""
+    n_failed: int
+    """Number of failed runs."""
+    conclusions: list[str]
+    """Conclusions, one sentence each."""
+    ranking: list[str]
+    """Labels of the algorithms, best mean rank first."""
+    algorithms: dict[str, dict[str, Statistics]]
+    """Statistics by the label of the algorithm and the indicator, such as "hypervolume"."""
+
+
+class StudyDocument(TypedDict):
+    """Results of a study."""
+
+    title: str
+    """Title of the study."""
+    folder: str
+    """Folder of the study."""
+    report: str
+    """Path of the HTML report."""
+    evaluations: int
+    """Number of evaluations of each run."""
+    per_variable: bool
+    """Whether `evaluations` is multiplied by the number of variables of each problem."""
+    seeds: list[int]
+    """Seeds of the runs."""
+    conclusions: list[str]
+    """Conclusions over all problems, one sentence each."""
+    warnings: list[str]
+    """Warnings about the comparison, one sentence each."""
+    ranks: list[RankRow]
+    """Ranks of the algorithms over all problems, best first."""
+    problems: dict[str, ProblemResults]
+    """Results by the label of the problem."""
+
+
+class StudyDryRun(TypedDict):
+    """Study that would be made."""
+
+    dry_run: Literal[True]
+    """Always true."""
+    title: str
+    """Title of the study."""
+    problems: dict[str, ProblemSize]
+    """Sizes of the problems, by label."""
+    algorithms: list[str]
+    """Labels of the algorithms."""
+    evaluations: int
+    """Number of evaluations of each run."""
+    per_variable: bool
+    """Whether `evaluations` is multiplied by the number of variables of each problem."""
+    n_runs: int
+    """Number of runs."""
+    folder: str
+    """Folder that the study would write."""
+
+
+class ExploreDocument(TypedDict):
+    """Server of the explorer, printed when it starts."""
+
+    url: str
+    """Address of the page."""
+    folder: str
+    """Run folder."""
+    save: str
+    """Folder into which the page saves solutions."""
+
+
+DOCUMENTS = {
+    "solve": Document("mgeo solve, mgeo resume", (RunSummary, RunDocument, Outcome)),
+    "solve-impossible": Document("mgeo solve, if no design is feasible", (ImpossibleDocument,)),
+    "solve-dry-run": Document("mgeo solve --dry-run", (DryRun, ProblemSize)),
+    "report": Document("mgeo report", (ReportDocument,)),
+    "explore": Document("mgeo explore", (ExploreDocument,)),
+    "problems": Document("mgeo problems", (ProblemsDocument,)),
+    "algorithms": Document("mgeo algorithms", (AlgorithmsDocument,)),
+    "algorithm": Document("mgeo algorithms NAME", (AlgorithmDocument,)),
+    "study": Document("mgeo study", (StudyDocument,)),
+    "study-dry-run": Document("mgeo study --dry-run", (StudyDryRun,)),
+    "run.json": Document("run.json", (RunDocument, Outcome)),
+}
