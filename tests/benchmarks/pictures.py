@@ -19,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import pandas as pd
 import plotly.graph_objects as go
 from mgeo_attitude.criteria.objectives import attitude_sigma_deg
 from mgeo_attitude.view.lower_bound import compute_bound_curves
@@ -35,12 +36,14 @@ from mgeo.figures.style import (
 from mgeo.report import build_report_html
 from mgeo.report.static import export_figures
 from mgeo.runs.prepare import prepare_run
+from mgeo.runs.registry import ALGORITHMS as RECORDS
 
 from ..browser import opened
 from ..docs.pages import blocks
 from ..mgeo.explore.test_server import served
 
 PICTURES = Path(__file__).parents[2] / "docs" / "images"
+STUDIES = Path(__file__).parents[2] / "docs" / "studies"
 ALGORITHMS = {"mgeo-directed": "mgeo-directed, default", "mgeo-real": "mgeo-real, published"}
 #: Run of the gallery, which the report and the explorer show, too.
 RUN = Path("runs/first")
@@ -78,7 +81,29 @@ def draw_fronts() -> go.Figure:
     apply_style(figure, "Attitude accuracy against convergence time", subtitle)
     figure.update_xaxes(title_text="convergence time [min]")
     figure.update_yaxes(build_log_axis_layout(sigma), title_text="attitude accuracy [deg]")
-    return figure.update_layout(width=900, height=480)
+    return figure.update_layout(width=900, height=460, margin_t=80)
+
+
+def draw_comparison() -> go.Figure:
+    """Return a figure of the mean hypervolume against evaluations, from the stored study
+    ``budgets`` of the satellite of the paper.
+    """
+    figure = go.Figure()
+    table = pd.read_csv(STUDIES / "data" / "budgets" / "attitude-paper" / "table.csv")
+    means = table.groupby(["algorithm", "evaluations"])["hypervolume"].mean().unstack()
+    means = means.sort_values(means.columns[-1], ascending=False)
+    for index, (label, values) in enumerate(means.iterrows()):
+        name = RECORDS[label].label if label in RECORDS else "MGEODirected"
+        color = COLORS[0] if index == 0 else COLORS[1 + (index - 1) % (len(COLORS) - 1)]
+        line, marker = {"color": color, "width": 2}, {"symbol": SYMBOLS[index], "size": 6}
+        figure.add_scatter(
+            x=values.index, y=values, mode="lines+markers", name=name, line=line, marker=marker
+        )
+    subtitle = "mean of 20 runs; satellite of the paper"
+    apply_style(figure, "Hypervolume of the front against evaluations", subtitle)
+    figure.update_xaxes(title_text="evaluations", tickformat=",d")
+    figure.update_yaxes(title_text="hypervolume")
+    return figure.update_layout(width=900, height=440, margin_t=80)
 
 
 def take_picture(page, path, selector, height):
@@ -131,8 +156,9 @@ def main() -> None:
         take_gallery_pictures()
         if "gallery" in sys.argv[1:]:
             return
-        files = export_figures({"front": draw_fronts()}, ("png",))
-        (PICTURES / "front.png").write_bytes(files["front.png"])
+        figures = {"front": draw_fronts(), "comparison": draw_comparison()}
+        for name, data in export_figures(figures, ("png",)).items():
+            (PICTURES / name).write_bytes(data)
         report = Path("report.html").resolve()
         report.write_text(build_report_html(RUN), encoding="utf-8")
         take_report_pictures(RUN, report)

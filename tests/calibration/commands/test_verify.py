@@ -41,7 +41,9 @@ def test_result_file_appears_in_report(run, folder, front, tmp_path):
     run_too = shutil.copytree(folder, tmp_path / "run")
     shutil.copy(file, run_too)
     html = (
-        build_report_html(run_too).partition("<h2>Monte Carlo</h2>")[2].partition("</section>")[0]
+        build_report_html(run_too)
+        .partition("<section id=verification>")[2]
+        .partition("</section>")[0]
     )
     assert f"(verification-min-trace.json, solution {front.find_row('min-trace')})" in html
     assert f"NEES per state {found.nees:.3f}" in html
