@@ -133,6 +133,7 @@ def _print_results(
     study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output
 ) -> int:
     """Print the conclusions and tables of a study, and return the exit code."""
+    from mgeo.plugins.problems import format_problem_options
     from mgeo.store.run_folder import REPORT_FILE
     from mgeo.studies.conclusions import format_conclusions, list_warnings, summarize_study
     from mgeo.studies.summary_tables import (
@@ -180,7 +181,8 @@ def _print_results(
         output.print_warnings(warnings)
     output.print_files({str(folder / REPORT_FILE): "report"})
     figure = "ranks" if len(comparisons) > 1 else "anytime"
-    command = f"mgeo report {folder} --figure {figure} --paper"
+    imports = format_problem_options(p.name for p in study.problems)
+    command = f"mgeo report {folder} --figure {figure} --paper{imports}"
     output.print_commands({"Draw a figure for a paper": command})
     n_failed = sum(_count_runs(each, "failed") for each in comparisons.values())
     if n_failed:

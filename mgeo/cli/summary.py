@@ -77,7 +77,7 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
         output.print("")
         output.print_warnings(warnings)
     heading = wrap_text(f"Files in {folder}: {', '.join(files)}", "  ")
-    output.print_commands(_list_next_commands(view, folder, outcome), heading)
+    output.print_commands(_list_next_commands(view, folder, run), heading)
 
 
 def _describe_run(run: Run, view: View) -> tuple[str, str]:
@@ -155,15 +155,18 @@ def _list_run_warnings(outcome: Outcome) -> list[str]:
     return lines
 
 
-def _list_next_commands(view: View, folder: Path, outcome: Outcome) -> dict[str, str]:
-    commands = {}
+def _list_next_commands(view: View, folder: Path, run: Run) -> dict[str, str]:
+    from mgeo.plugins.problems import format_problem_options
+
+    commands, outcome = {}, run.outcome
+    options = format_problem_options([run.configuration.problem])
     if len(outcome.F):
         commands = call_optional(view, View.next_commands, str(folder))
     if (folder / FIGURE_FILE).exists():
-        commands["Write a report"] = f"mgeo report {folder}"
+        commands["Write a report"] = f"mgeo report {folder}{options}"
     is_early = outcome.stop_reason in ("signal", "max_time")
     if is_early and outcome.checkpoint_error is None and (folder / CHECKPOINT_FILE).exists():
-        commands["Continue the run"] = f"mgeo resume {folder}"
+        commands["Continue the run"] = f"mgeo resume {folder}{options}"
     return commands
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -156,3 +156,11 @@ def _load_class(name: str, trusted_classes: Collection[str]) -> Any:
             f"in Python trusted_classes=[{name!r}]"
         )
     return import_class(name, PROBLEMS)
+
+
+def format_problem_options(names: Iterable[str]) -> str:
+    """Return the options ``--problem`` with which a command imports problems ``module:Class``.
+
+    An empty string if no name has this form.
+    """
+    return "".join(f" --problem {name}" for name in dict.fromkeys(names) if is_class_path(name))

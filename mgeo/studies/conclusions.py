@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -190,7 +191,7 @@ def _format_summary(
             f"{join_names(behind)}."
         )
     else:
-        sentences.append("No algorithm is significantly better on any problem.")
+        sentences.append(f"No algorithm is significantly better than {name} on any problem.")
     return sentences
 
 
@@ -204,7 +205,22 @@ def list_warnings(comparisons: Mapping[str, Comparison]) -> list[str]:
         for note in comparison.notes:
             labels_by_note.setdefault(note.removeprefix(f"{label}: "), []).append(label)
     failures = [text for label, c in comparisons.items() for text in c.describe_failures(label)]
-    return [*(f"{join_names(k)}: {note}" for note, k in labels_by_note.items()), *failures]
+    notes = [f"{join_names(labels)}: {note}" for note, labels in labels_by_note.items()]
+    return [*notes, *failures, *_warn_of_few_seeds(comparisons)]
+
+
+def _warn_of_few_seeds(comparisons: Mapping[str, Comparison]) -> list[str]:
+    """Return a sentence if no result of one problem can be significant with the number of seeds."""
+    n_seeds = min(c.table["seed"].nunique() for c in comparisons.values())
+    if len(comparisons) > 1 and n_seeds == 1:  # Instances of functions may take the place of seeds.
+        return []
+    min_p = 2.0 / math.comb(2 * n_seeds, n_seeds)  # Mann-Whitney test of fully separated samples.
+    if min_p < SIGNIFICANCE_LEVEL:
+        return []
+    return [
+        f"With {n_seeds} seeds no difference on one problem can be significant at "
+        f"{100 * SIGNIFICANCE_LEVEL:g} %. Use ten seeds or more."
+    ]
 
 
 def format_criterion(comparisons: Mapping[str, Comparison]) -> str:

@@ -137,8 +137,9 @@ def test_equal_notes_of_several_problems_are_listed_once():
     runs.loc[runs.index[0], ["status", "error"]] = "failed", "ValueError: no"
     noted = replace(build_comparison(), runs=runs)
     comparisons = {name: replace(noted, notes=(f"{name}: is noisy",)) for name in ("p", "q")}
-    first, *failures = list_warnings(comparisons)
+    first, *failures, few_seeds = list_warnings(comparisons)
     assert first == "p and q: is noisy"
+    assert "3 seeds" in few_seeds
     assert len(failures) == 2
     assert "1 of 6 runs failed" in failures[0]
 
