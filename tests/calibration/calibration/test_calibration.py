@@ -161,7 +161,7 @@ def test_figures_and_report_contain_results(scenario, telemetry, calibration):
     assert html.count('class="plotly-graph-div"') == 3
     assert "statistically consistent" in html
     assert "Predicted and achieved 1-sigma" in html
-    assert '<th scope="row">mag bias</th>' in html
+    assert "<th scope=row class=text>mag bias</th>" in html
     ours = html.replace(get_plotlyjs(), "")  # plotly.js contains addresses.
     assert len(ours) < len(html)
     for source in ("http://", "https://"):

@@ -42,13 +42,13 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     (constraints,) = plans.constraints()
     text = f"{end}. {_describe_robust_values(plans)}"
     if constraints.empty:
-        text += "The scenario has no constraints."
+        text += "The scenario has no constraints. "
+    maneuvers = build_maneuver_table(plans)
+    text += _describe_omitted_maneuvers(plans, maneuvers)
     sections = {"end": Section("", (text.strip(),)), "accuracy": _build_accuracy_section(plans)}
     if len(constraints):
         sections["constraints"] = build_constraint_section(constraints)
-    maneuvers = build_maneuver_table(plans)
-    note = _describe_omitted_maneuvers(plans, maneuvers)
-    sections["maneuvers"] = Section("Maneuver", (), maneuvers, note, _DECIMALS, MAX_ROWS)
+    sections["maneuvers"] = Section("Maneuver", (), maneuvers, "", _DECIMALS, MAX_ROWS)
     return sections
 
 
