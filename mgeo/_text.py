@@ -35,14 +35,19 @@ def wrap_text(text: str, indent: str = "", width: int = TEXT_WIDTH) -> str:
 def format_key(title: str) -> str:
     """Convert the title of a column or section to a key of a JSON document.
 
-    No key begins with a digit: "90 % of runs" becomes ``in_90_percent_of_runs``.
+    No key begins with a digit: "90 % of runs" becomes ``in_90_percent_of_runs``. The ratio of a
+    quantity to its lower bound has a key of its own, since the key of the title alone would be that
+    of the bound.
 
     Examples
     --------
     >>> format_key("attitude 1-sigma [deg]"), format_key("ωx [deg/s]"), format_key("trace [-]")
     ('attitude_1sigma_deg', 'rate_x_deg_s', 'trace')
+    >>> format_key("trace / lower bound [-]")
+    'trace_ratio_to_lower_bound'
     """
     text = title.lower().replace("1-sigma", "1sigma").replace("%", "percent")
+    text = text.replace("/ lower bound", "ratio to lower bound")
     key = re.sub(r"[^a-z0-9]+", "_", text.replace("ω", "rate ")).strip("_")
     return f"in_{key}" if key[:1].isdigit() else key
 

@@ -52,8 +52,8 @@ class FrontRow(TypedDict):
     """Representative solution of a front.
 
     Further keys are quantities of the problem, with the unit at the end of the key. The problem
-    `attitude` has `converges_after_s`, `attitude_1sigma_deg`, `trace_of_covariance` and
-    `trace_ratio_to_lower_bound`.
+    `attitude` has `converges_after_s` (`ends_after_s` with the convergence rule `end`),
+    `attitude_1sigma_deg`, `trace` and, if a lower bound is available, `trace_ratio_to_lower_bound`.
     """
 
     solution: int

@@ -62,12 +62,14 @@ class MGEODirected(DirectedMoves):
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau.
     n_walkers : number of walkers.
     extreme_weights : share of the walkers that minimize a single objective, in [0, 1].
-    difference : probabilities of a difference step, among candidates without momentum and
-        recombination, in [0, 1]. The first number applies to walkers with mixed weights, the second
-        to walkers that minimize a single objective; likewise for momentum.
-    momentum : probabilities of a step with momentum, among candidates without recombination, in
-        [0, 1]. A walker that minimizes a single objective needs a target within reach of one step
-        (`mgeo.algorithms.moves`).
+    difference : two probabilities in [0, 1], the first for walkers with mixed weights, the second
+        for walkers that minimize a single objective. Each is the probability that a candidate,
+        which is neither a recombination nor a step with momentum, takes a difference step. All
+        other such candidates take normal steps.
+    momentum : two probabilities in [0, 1] for the same two kinds of walkers. Each is the
+        probability that a candidate, which is not a recombination, takes a step with momentum. A
+        walker that minimizes a single objective does so only if an archived point is at most a
+        fifth of the width of the bounds away in each variable.
     max_candidates : largest number of candidates per walker. With more variables than candidates,
         the variables to change are drawn at random.
     bounds : treatment of steps beyond the bounds: "clip" to the bound, "reflect" at the bound, or

@@ -43,7 +43,8 @@ class ProblemTable(Table):
     name: Names = Field(
         description="Name of an installed problem, or of a benchmark problem: pymoo:NAME; "
         "shifted:NAME, a pymoo problem with its optimum moved off the bounds; or "
-        "coco:SUITE/fN/dN/iN, where numbers may be ranges. Each name in a list "
+        "coco:SUITE/fN/dN/iN, where numbers may be ranges. MODULE:CLASS is a class of your own, "
+        "from a module in the current folder or in an installed package. Each name in a list "
         "defines a problem."
     )
     label: str | None = Field(

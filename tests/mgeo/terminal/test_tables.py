@@ -39,6 +39,11 @@ def test_keys_contain_the_units():
     assert list(map(format_key, titles)) == keys
 
 
+def test_key_of_a_ratio_differs_from_the_key_of_the_lower_bound():
+    assert format_key("trace / lower bound [-]") == "trace_ratio_to_lower_bound"
+    assert format_key("trace lower bound [-]") == "trace_lower_bound"
+
+
 def test_wrapped_text_keeps_numbers_and_percent_signs_together():
     lines = wrap_text("x" * 77 + " 90 % of all", "  ").splitlines()
     assert max(map(len, lines)) <= 80

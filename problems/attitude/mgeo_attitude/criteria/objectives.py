@@ -266,7 +266,8 @@ OBJECTIVES = {
     "t_end": Objective(
         "t_end",
         "s",
-        "convergence time of the filter, first objective of the paper, equation (5)",
+        "time at which the plan ends by the convergence rule, first objective of the paper, "
+        "equation (5)",
         lambda model, result: result.t_end,
         _build_scaling(lambda scenario: scenario.duration),
     ),

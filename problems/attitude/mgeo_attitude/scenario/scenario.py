@@ -90,7 +90,7 @@ class Scenario(Settings):
     epoch: Instant
     """start of the plan, with its UTC offset; Z is UTC"""
     duration: Seconds = Field(gt=0.0)
-    """longest time to converge, a multiple of the step; a slew back may end later"""
+    """latest t_end of a plan, a multiple of the step; a slew back may end later"""
     step: Seconds = Field(default=1.0, gt=0.0)
     """time step of the filter"""
     eclipse: bool = True

@@ -214,12 +214,14 @@ class GyroChannels(MountedChannels):
     range_deg_s: DegreesPerSecond | None = Field(default=None, gt=0.0)
     """rate at which the gyro saturates, in the positive and the negative direction"""
     reference_axes: Literal["lvlh", "inertial", "unknown"] | None = None
-    """reference axes with which a satellite without a gyro stays aligned; dcm or quaternion then
-    gives the rotation between these axes, as sensor axes, and the body; lvlh has x forward and z
-    down; with unknown, only magnetometers are calibrated"""
+    """attitude that a satellite without a gyro holds. 'lvlh': fixed in axes with x forward and z
+    down; 'inertial': fixed in inertial axes; 'unknown': not known, so that only magnetometers are
+    calibrated. dcm or quaternion declare the rotation between these axes and the body; in the key
+    rotation, these axes take the place of the sensor axes"""
     pointing_error_deg: Degrees | None = Field(default=None, gt=0.0)
-    """1-sigma of the rotation between the nominal and the true attitude of a satellite without a
-    gyro, about each body axis; requires dcm or quaternion for the inertial axes, which are GCRF"""
+    """pointing error of a satellite without a gyro: 1-sigma of the angle between its declared and
+    its true attitude, about each body axis. With reference_axes = 'inertial', the declared attitude
+    is relative to GCRF, and dcm or quaternion is required"""
     pointing_correlation_time: Seconds | None = Field(default=None, gt=0.0)
     """time in which the autocorrelation of the pointing error falls to 1/e"""
 
