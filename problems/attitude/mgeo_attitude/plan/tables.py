@@ -124,7 +124,7 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
     text = "Margin: distance from the bound; negative if the constraint is violated."
     if any(each.attitude_sigmas for each in plan.scenario.path_constraints):
         text += (
-            ' "less 3 sigma" and "and 3 sigma": the angle is reduced or increased by the attitude '
+            ' "less 3 sigma" and "plus 3 sigma": the angle is reduced or increased by the attitude '
             "uncertainty."
         )
     errors = plan.scenario.monte_carlo
