@@ -102,9 +102,9 @@ class MGEOReal(RealVectors):
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
         or "a-geo1" or "a-geo2" for a tau that adapts during the run (`mgeo.algorithms.selection`).
     n_walkers : number of independent walkers (n_i re-initializations in the papers).
-    perturbation : unit of sigma: "absolute" for the unit of the variable, "relative" for its value
-        (a variable at zero stays there), "range" for the width of its bounds (for variables of
-        different units).
+    perturbation : meaning of sigma: "absolute", in the unit of the variable; "relative", a fraction
+        of its value (a variable at zero stays there); "range", a fraction of the width of its
+        bounds (for variables of different units).
     bounds : treatment of steps beyond the bounds: "clip" to the bound, as published, "reflect" at
         the bound, or "resample" until the step stays inside (`mgeo.algorithms.steps`).
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`

@@ -42,9 +42,9 @@ class IndependentWalkers(ExtremalOptimization, ABC):
     Parameters
     ----------
     tau : selection pressure, >= 0; or the name of a rule of `mgeo.algorithms.selection`.
-    restart : "never", or the point at which a walker without progress restarts: "random", or a
-        point of the "archive". Progress is a candidate that enters the archive or improves on the
-        best value of the walker in any objective.
+    restart : "never", or the new start of a walker without progress: a "random" point, or a point
+        of the "archive". Progress is a candidate that enters the archive or improves on the best
+        value of the walker in any objective.
     patience : generations without progress before a restart.
     n_walkers, sampling, archive_size, options : as for `ExtremalOptimization`.
     """

@@ -209,7 +209,7 @@ def format_run_title(run: RunConfiguration) -> str:
     )
     parts = [run.problem, f"{run.algorithm}{f' ({values})' if values else ''}", f"seed {run.seed}"]
     parts += [f"{run.initial_designs} initial designs"] if run.initial_designs else []
-    parts += ["refined"] if run.refine else []
+    parts += ["refinement"] if run.refine else []
     return " · ".join(parts)
 
 
@@ -221,7 +221,7 @@ def _format_state(state: SolveState) -> str:
         parts.append(f"hypervolume {hypervolume:.4f}")
     if state.refinement is not None:
         n_refined = int(state.refinement.is_replaced.sum()) + state.refinement.n_added
-        parts.append(f"{n_refined:,} refined")
+        parts.append(f"{n_refined:,} refined or added")
     if failed := sum(state.failures.values()):
         parts.append(f"{failed:,} failed")
     if state.checkpoint_error is not None:

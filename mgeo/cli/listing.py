@@ -53,7 +53,7 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
         output.print("")
         output.print_title("Presets for --scenario")
         output.print_pairs(presets)
-    output.print("", f"Test problems: {', '.join(EXAMPLES_BY_PREFIX.values())}")
+    output.print("", f"Test problems, for example: {', '.join(EXAMPLES_BY_PREFIX.values())}")
     output.print_commands({"Check a run": f"mgeo solve {descriptions[0]['name']} --dry-run"})
     for each in descriptions:
         if each["error"]:

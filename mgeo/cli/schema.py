@@ -25,7 +25,8 @@ def schema(
     ] = None,
     debug: options.Debug = False,
 ) -> None:
-    """Print the JSON Schema of study files, of the --json output of a command, or of a file.
+    """Print the JSON Schema of study files, of result files such as plan.json, or of the --json
+    output of a command.
 
     Editors with Taplo find the schema of study files by the first line of a file: #:schema
     ./study.schema.json

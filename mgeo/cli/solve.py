@@ -74,8 +74,8 @@ def solve(
         typer.Option(
             "--robust",
             rich_help_panel="Problem",
-            help="Require that the objectives hold in 90 % of Monte Carlo runs with random errors, "
-            "if the problem supports it.",
+            help="Minimize the objective values that 90 % of Monte Carlo runs with random errors "
+            "do not exceed, if the problem supports it.",
         ),
     ] = False,
     algorithm: Annotated[
@@ -123,8 +123,9 @@ def solve(
         typer.Option(
             "--refine/--no-refine",
             rich_help_panel="Search",
-            help="Refine the front by gradient steps after the search, beyond --evaluations "
-            "[default: as for --initial-designs].",
+            help="Refine the front by gradient steps after the search, which do not count in "
+            "--evaluations [default: the recommendation of the problem; no with the options that "
+            "set --initial-designs to 0].",
         ),
     ] = None,
     max_time: MaxTime = None,

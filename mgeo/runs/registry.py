@@ -59,13 +59,16 @@ def _build_pymoo_record(
 #: Built-in algorithms, of mgeo and pymoo. Installed plugins add further algorithms by entry points.
 RECORDS = (
     _build_mgeo_record(
-        "mgeo-real", "MGEO_real", "MGEOReal", "published MGEO_real: normal steps of one variable"
+        "mgeo-real",
+        "MGEO_real",
+        "MGEOReal",
+        "published MGEO_real: Gaussian steps of one variable",
     ),
     _build_mgeo_record(
         "mgeo-real2",
         "MGEO_real2",
         "MGEOReal2",
-        "published MGEO_real2: normal steps of several sizes",
+        "published MGEO_real2: Gaussian steps of several sizes",
     ),
     _build_mgeo_record(
         "mgeo-canonical",

@@ -262,8 +262,8 @@ def format_conclusion(verification: Verification) -> str:
         return f"The plan does not achieve its predicted accuracy {runs}: {failures[0]}{more}."
     ratio = verification.table[PREDICTED_RATIO]
     return (
-        f"The plan achieves its predicted accuracy {runs}: the largest error is {ratio.max():.2f} "
-        f"times its predicted 1-sigma ({ratio.idxmax()})."
+        f"The plan achieves its predicted accuracy {runs}: the largest rms error is "
+        f"{ratio.max():.2f} times its predicted 1-sigma ({ratio.idxmax()})."
     )
 
 
@@ -309,8 +309,8 @@ def describe_power(verification: Verification) -> str:
     the probability that a valid plan is rejected.
     """
     return (
-        f"These runs detect an error of {verification.detectable_ratio:.2f} times its 1-sigma with "
-        f"a probability of {100.0 * DETECTION_POWER:.0f} %, and reject a valid plan with a "
+        f"These runs detect an rms error of {verification.detectable_ratio:.2f} times its 1-sigma "
+        f"with a probability of {100.0 * DETECTION_POWER:.0f} %, and reject a valid plan with a "
         f"probability of {100.0 * SIGNIFICANCE_LEVEL:.0f} %."
     )
 

@@ -50,7 +50,7 @@ def test_column_titles_have_the_words_of_the_field(plan):
     assert len(set(titles)) == len(titles)
     paper = AttitudeManeuverProblem(Scenario.paper()).view(np.zeros((0, 12)))
     assert paper.format_title("t_end [s], nominal") == "convergence time [s], nominal"
-    assert paper.format_title("trace [-], nominal") == "trace of covariance, nominal"
+    assert paper.format_title("trace [-], nominal") == "weighted trace of covariance, nominal"
     assert paper.format_title("trace / lower bound [-]") == "trace / lower bound"
 
 

@@ -24,7 +24,7 @@ def test_description_of_paper_satellite():
     scenario = dataclasses.replace(Scenario.paper(), eclipse=True)
     description = describe_satellite(AttitudeManeuverProblem(scenario))
     assert description["satellite"] == "paper"
-    assert description["time"] == "2018-06-05T00:00:00 UTC, 3 h 19 min 44 s"
+    assert description["time span"] == "2018-06-05T00:00:00 UTC, 3 h 19 min 44 s"
     assert "22:30 local" in description["ascending node"]  # This value is in the scenario file.
     assert "inclination 98.4" in description["orbit"]
     low, high = map(float, re.findall(r"(\d+) to (\d+) km", description["orbit"])[0])
@@ -33,7 +33,7 @@ def test_description_of_paper_satellite():
     problem = AttitudeManeuverProblem(scenario)
     share = 100.0 * (1.0 - problem.environment.sunlit.mean())
     assert description["eclipses"].startswith(f"{share:.0f} % of the time")
-    assert "consistent for" in description["predicted accuracy"]
+    assert "are in the validated range" in description["predicted accuracy"]
     assert description["constraint"] == "none"
 
 

@@ -25,7 +25,7 @@ class SelectedPlan:
     @property
     def summary(self) -> str:
         """One line of text with the name, convergence time and predicted 1-sigmas of the plan."""
-        return f"{self.name}: {self.plan.summary}"
+        return f"{self.name}. {self.plan.summary}"
 
 
 def load_plan(

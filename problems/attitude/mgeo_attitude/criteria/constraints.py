@@ -219,8 +219,9 @@ def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation:
 
 def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
     sigmas = constraint.attitude_sigmas
+    sign = "plus" if constraint.keep_in else "less"
     angle = Bound(
-        f"{constraint.label}, {sigmas:g}-sigma margin" if sigmas else constraint.label,
+        f"{constraint.label} {sign} {sigmas:g} sigma" if sigmas else constraint.label,
         lambda result: result.path_angle[:, index],
         np.radians(constraint.half_angle_deg),
         "deg",

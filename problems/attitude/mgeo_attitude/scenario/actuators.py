@@ -385,7 +385,7 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
     The tuple is empty if the scenario models wheels or magnetorquers completely.
     """
     if wheels is None and magnetorquers is None:
-        return ("Actuators do not limit the body rates. Add [wheels] or [magnetorquers].",)
+        return ("No actuator limits the body rates. Add [wheels] or [magnetorquers].",)
     if (
         wheels is not None
         and magnetorquers is not None

@@ -73,7 +73,7 @@ class ManeuverView(Plans):
         """Return a column title with the words of the field in place of ``t_end`` and ``trace``."""
         event = "end" if self.problem.model.ends_with_last_maneuver else "convergence"
         title = name.replace("t_end", f"{event} time").removesuffix(" [-]").replace(" [-],", ",")
-        return re.sub(r"\btrace$|\btrace(?=,)", "trace of covariance", title)
+        return re.sub(r"\btrace$|\btrace(?=,)", "weighted trace of covariance", title)
 
     def warnings(self) -> list[str]:
         """Return warnings on the plans as a group, and the `notes` on the scenario.
@@ -176,10 +176,10 @@ def _list_robustness_warnings(plans: Plans, sample_label: str) -> list[str]:
     labels = [label for label in problem.obj_labels if not (is_fixed and label == "time")]
     names = " or ".join(labels).replace("-", " ")
     verb = "exceeds" if n_overrun == 1 else "exceed"
-    advice = "Use --robust for plans that hold in 90 % of runs."
+    advice = "Use --robust for plans that hold in 90 %."
     if problem.scenario.monte_carlo:
         advice = "Increase n_runs of [monte_carlo]."
     return [
         f"{n_overrun} of {sample_label} {verb} the predicted {names} by more than "
-        f"{100.0 * TOLERANCE:.0f} % in one of ten Monte Carlo runs. {advice}"
+        f"{100.0 * TOLERANCE:.0f} % in at least 10 % of Monte Carlo runs. {advice}"
     ]

@@ -31,16 +31,16 @@ _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     """Return a description of a satellite and its scenario, as a dict of short texts by topic.
 
-    The topics are satellite, time, orbit, Sun, eclipses, magnetic field, maneuvers, constraints,
-    each with its margin while the satellite holds its initial attitude, and the validity of the
-    predicted accuracy. The computation takes about 0.1 s.
+    The topics are satellite, time span, orbit, Sun, eclipses, magnetic field, maneuvers,
+    constraints, each with its margin while the satellite holds its initial attitude, and the
+    validity of the predicted accuracy. The computation takes about 0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
     end = _compute_end(scenario)
     (start,) = format_time_stamps(scenario.epoch, np.array([0.0]))
     topics = {
         "satellite": scenario.name,
-        "time": f"{start[:19]} UTC, {format_duration(end)}",
+        "time span": f"{start[:19]} UTC, {format_duration(end)}",
         "orbit": _describe_orbit(environment),
         "ascending node": _describe_node(environment),
         "Sun": _describe_sun(environment),
@@ -163,8 +163,8 @@ def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
 
 def _describe_validity(scenario: Scenario) -> str:
     if find_validity_violations(scenario):
-        return "the initial errors exceed the range in which it is consistent"
-    return "consistent for initial errors of this size"
+        return "initial errors exceed the validated range of the filter"
+    return "initial errors are in the validated range of the filter"
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:

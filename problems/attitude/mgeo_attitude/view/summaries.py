@@ -48,7 +48,7 @@ def summarize_plans(plans: Plans) -> list[str]:
     if not plans.problem.model.ends_with_last_maneuver:
         return lines
     return [
-        f"{line}; attitude {format_two_digits(sigma)} deg in {MONTE_CARLO_SHARE_TEXT}"
+        f"{line}; attitude {format_two_digits(sigma)} deg or less in {MONTE_CARLO_SHARE_TEXT}"
         if math.isfinite(sigma)
         else line
         for line, sigma in zip(lines, plans.monte_carlo_sigma_deg, strict=True)

@@ -24,10 +24,10 @@ _MAX_SENSORS = 3
 #: Meaning of the tests.
 _TEST_NOTE = (
     "Noise: normalized innovations squared (NIS), 1 if readings scatter as declared. Whiteness: "
-    "correlation of successive innovations, 0 if no varying error is missing. Prior: p-value of "
-    "the agreement with the initial 1-sigmas. Unmodeled errors: p-value of the most significant "
-    "error that the scenario omits. Correct telemetry fails any of the tests with a probability of "
-    f"{100.0 * SIGNIFICANCE:.0f} %."
+    "correlation of successive innovations, 0 if the model omits no time-varying error. Prior: "
+    "smallest p-value of the estimates, given the initial 1-sigmas. Unmodeled errors: p-value of "
+    "the most significant error that the scenario omits. Correct telemetry fails at least one of "
+    f"the tests with a probability of {100.0 * SIGNIFICANCE:.0f} %."
 )
 
 
@@ -177,8 +177,11 @@ def build_prediction_section(predicted: pd.DataFrame, *, by_axis: bool) -> Secti
         }
     )
     shown = shown.rename(format_label).rename_axis("quantity")
-    note = f"predicted: by the plan after {predicted.attrs['time_s']:.6g} s"
-    return Section(title, table=shown, note=note + predicted.attrs["motion"])
+    note = (
+        f"Predicted: by the plan{predicted.attrs['motion']}, {predicted.attrs['time_s']:.6g} s "
+        "after the epoch. Achieved: by the filter with the telemetry. Ratio: achieved / predicted."
+    )
+    return Section(title, table=shown, note=note)
 
 
 def build_recalibration_section(first: Calibration, second: Calibration) -> Section:
@@ -246,7 +249,7 @@ def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
     reading = "(reading - bias)" if "bias" in states else "reading"
     if factors or "bias" in states:
         where = (
-            "; R rotates from body to sensor axes by the misalignment (rotation vector)"
+            "; R = exp[misalignment ×] (a rotation vector) transforms body to sensor axes"
             if "misalignment" in states
             else ""
         )

@@ -161,8 +161,8 @@ def print_calibration(
     use = " Use the calibration parameters below." if calibration.is_consistent else ""
     output.print_title(f"{calibration.conclusion}{use}")
     output.print_text(
-        f"Estimates at {calibration.utc[:19]} UTC, {format_duration(calibration.time)} after the "
-        "epoch.",
+        f"Estimates for the last sample: {calibration.utc[:19]} UTC, "
+        f"{format_duration(calibration.time)} after the epoch of the scenario.",
         f"Attitude accuracy: {calibration.attitude_sigma_deg:.2g} deg (1-sigma, worst body axis).",
         "",
     )

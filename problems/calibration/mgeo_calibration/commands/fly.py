@@ -82,7 +82,7 @@ def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Sect
     """
     has_bound = frame["bound_type"] != ""
     bounds = frame["bound_type"] + frame["bound_value"].map(" {:.4g}".format)
-    titles = {"bound_value": "constraint", VIOLATED_COLUMN: "violated runs [%]"}
+    titles = {"bound_value": "constraint", VIOLATED_COLUMN: "violating runs [%]"}
     shown = frame.drop(columns="bound_type").rename(columns=titles)
     shown["constraint"] = bounds.where(has_bound, "")
     if "satisfied" in shown:
@@ -122,10 +122,12 @@ def print_simulation(
         f"{len(telemetry.times)} samples of {', '.join(['gyro', *telemetry.sensors])}."
     )
     output.print_title(text)
-    output.print_text(f"Plan: {picked.summary}.")
+    output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
     violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
     output.print_warnings([*list_warnings(plan), *violations])
-    note = "Values without margin."
+    note = "Norm: of the rates about the three axes."
+    if plan.scenario.path_constraints:
+        note += " The angles of path constraints exclude the margin for the attitude error."
     if plan.scenario.is_magnetorquer_driven:
         note += " Magnetorquers act in the true attitude, which is not controlled to the plan."
     title = f"True motion and plan until {format_duration(comparison.attrs['time_s'])}"

@@ -62,7 +62,7 @@ def print_verification(
         output.print_title(
             f"The plan violates constraints of its scenario: {'; '.join(violations)}."
         )
-    output.print_text(f"Plan: {picked.summary}.")
+    output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
     output.print_warnings(list_warnings(plan))
     suggestions = tuple(f"- {line}" for line in list_suggestions(plan, verification))
     sections = [Section("Suggestions", suggestions)] if suggestions else []
@@ -85,7 +85,7 @@ def build_sections(
     has_all_axes : bool
         Whether the errors are those of every axis, or of the worst axis of each quantity.
     """
-    axes = "every axis" if has_all_axes else "worst axis of each quantity"
+    axes = "every axis" if has_all_axes else "axis with the largest ratio of each quantity"
     states = verification.table.index if has_all_axes else verification.find_worst_axes()
     sections = [
         Section(
@@ -99,7 +99,8 @@ def build_sections(
         Section(
             "Objectives",
             table=_build_objective_table(plan.compare_with_monte_carlo()),
-            note="Monte Carlo: not exceeded in 90 % of 200 runs with the errors of [monte_carlo].",
+            note="Monte Carlo: not exceeded in 90 % of 200 other runs, with the errors of "
+            "[monte_carlo].",
         ),
     ]
     if len(verification.path_constraints):

@@ -29,7 +29,7 @@ from mgeo_calibration.simulators.simulated_run import (
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 END_ERROR, MAX_ERROR = "final pointing error", "largest pointing error"
-MAX_RATE, WHEEL_MOMENTUM = "largest body rate", "largest wheel momentum"
+MAX_RATE, WHEEL_MOMENTUM = "largest body rate (norm)", "largest wheel momentum"
 _BOUND_COLUMNS = ["bound_type", "bound_value"]
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
