@@ -124,8 +124,8 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
     text = "Margin: distance from the bound; negative if the constraint is violated."
     if any(each.attitude_sigmas for each in plan.scenario.path_constraints):
         text += (
-            ' "3-sigma margin": the value includes three times the attitude 1-sigma, '
-            "on the side of the bound."
+            ' "less 3 sigma" and "plus 3 sigma": the angle is reduced or increased by three '
+            "times the attitude 1-sigma."
         )
     errors = plan.scenario.monte_carlo
     if errors is not None:
