@@ -296,7 +296,7 @@ class Calibration:
         table = self.build_table()
         units, factors = zip(*map(convert_to_si, table["unit"]), strict=True)
         for name in ("estimate", "sigma", "prior_sigma"):
-            table[f"{name}_si"] = table[name] * factors
+            table[f"{name}_si"] = table[name] * np.array(factors)
         return table.assign(unit_si=units).to_dict("records")
 
     def list_uncalibrated(self) -> dict[str, str]:
