@@ -108,10 +108,10 @@ def test_a_browser_draws_the_figures_without_a_network(site, tmp_path):
 def test_the_tutorial_calibrates_twice(site):
     """Both flights reduce the uncertainty, and the errors are within 5 sigma."""
     text = (site / "tutorials" / "attitude-control.html").read_text(encoding="utf-8")
-    rows = re.findall(r"<tr>\s*<th>([\w.]+)</th>(.*?)</tr>", text, re.DOTALL)
-    table = {block: re.findall("<td>(.*?)</td>", row) for block, row in rows}
-    assert {block.partition(".")[0] for block in table} == {"gyro", "sun", "mag"}
-    for block, (_, before, _, first, _, second, error) in table.items():
+    rows = re.findall(r"<tr>\s*<th>([\w ]+) \[[^\]]+\]</th>(.*?)</tr>", text, re.DOTALL)
+    table = {quantity: re.findall("<td>(.*?)</td>", row) for quantity, row in rows}
+    assert {quantity.partition(" ")[0] for quantity in table} == {"gyro", "sun", "mag"}
+    for quantity, (before, _, first, _, second, error) in table.items():
         assert float(first) < float(before)
-        assert float(second) < float(first) or block == "gyro.bias"  # which drifts
+        assert float(second) < float(first) or quantity == "gyro bias"  # which drifts
         assert float(error) < 5.0
