@@ -14,7 +14,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from itertools import pairwise
 from typing import Any
 
 from pydantic import ConfigDict, TypeAdapter, with_config
@@ -22,6 +21,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from mgeo.plugins.discovery import COMMANDS, list_plugins
+from mgeo.validation.field_docstrings import parse_field_docstrings
 
 #: Decorator of a TypedDict whose objects have further keys, which depend on the problem.
 extensible = with_config(ConfigDict(extra="allow"))
@@ -143,14 +143,7 @@ def _parse_module(name: str) -> dict[str, dict[str, str]]:
     """Return the docstrings of the fields of all classes of a module, by class and field."""
     tree = ast.parse(inspect.getsource(sys.modules[name]))
     return {
-        definition.name: {
-            field.target.id: str(text.value.value)
-            for field, text in pairwise(definition.body)
-            if isinstance(field, ast.AnnAssign)
-            and isinstance(field.target, ast.Name)
-            and isinstance(text, ast.Expr)
-            and isinstance(text.value, ast.Constant)
-        }
+        definition.name: parse_field_docstrings(definition)
         for definition in tree.body
         if isinstance(definition, ast.ClassDef)
     }

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from datetime import date, datetime
 from functools import cache
-from itertools import pairwise
 from typing import Any, ClassVar, TypeVar, get_args
 
 import numpy as np
@@ -29,6 +28,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import ArgsKwargs, CoreSchema, core_schema
 
+from mgeo.validation.field_docstrings import parse_field_docstrings
 from mgeo_attitude.settings.errors import InvalidKey, InvalidValue, format_known_names
 from mgeo_attitude.settings.schema_description import describe_schema
 from mgeo_attitude.settings.types import Schema
@@ -106,14 +106,7 @@ def _field_docstrings(cls: type) -> dict[str, str]:
     """
     (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
     assert isinstance(definition, ast.ClassDef)
-    return {
-        field.target.id: str(text.value.value)
-        for field, text in pairwise(definition.body)
-        if isinstance(field, ast.AnnAssign)
-        and isinstance(field.target, ast.Name)
-        and isinstance(text, ast.Expr)
-        and isinstance(text.value, ast.Constant)
-    }
+    return parse_field_docstrings(definition)
 
 
 def get_fields(cls: type) -> dict[str, FieldInfo]:

@@ -1,0 +1,22 @@
+"""Docstrings below the fields of a class, for generated schemas and their reference."""
+
+import ast
+from itertools import pairwise
+
+
+def parse_field_docstrings(definition: ast.ClassDef) -> dict[str, str]:
+    """Return the docstring below each annotated field of a class, as a dict keyed by field name.
+
+    Parameters
+    ----------
+    definition : ast.ClassDef
+        Syntax tree of the class. Fields of its bases are not included.
+    """
+    return {
+        field.target.id: str(text.value.value)
+        for field, text in pairwise(definition.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+    }
