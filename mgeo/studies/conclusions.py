@@ -16,6 +16,7 @@ from mgeo.studies.aggregation import (
 )
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.indicators import Indicator
+from mgeo.studies.schema import PublishedTable
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL, holm_correction
 from mgeo.studies.study_file import Study
 
@@ -300,6 +301,14 @@ def format_control_table(
     return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
 
 
+def find_published_values(study: Study, comparison: Comparison) -> PublishedTable | None:
+    """Return the published values, or None if they belong to another number of evaluations."""
+    published = study.published
+    if published is None or published.evaluations not in (None, comparison.n_eval):
+        return None
+    return published
+
+
 def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
     """Return a text table with one row per algorithm, which shows published indicator values beside
     the measured mean ± standard deviation.
@@ -312,8 +321,8 @@ def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame
         None if the study has no published values, or if the published runs had another number of
         evaluations.
     """
-    published = study.published
-    if published is None or published.evaluations not in (None, comparison.n_eval):
+    published = find_published_values(study, comparison)
+    if published is None:
         return None
     overview = comparison.format_overview()
     titles = {indicator.name: indicator.title for indicator in comparison.indicators}

@@ -10,6 +10,7 @@ from mgeo.plugins.review import Section
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import (
     StudySummary,
+    find_published_values,
     format_criterion,
     format_test_method,
 )
@@ -110,8 +111,8 @@ def build_published_table(study: Study, comparison: Comparison) -> Section | Non
         None if the study has no published values, or if the published runs had another number of
         evaluations.
     """
-    published = study.published
-    if published is None or published.evaluations not in (None, comparison.n_eval):
+    published = find_published_values(study, comparison)
+    if published is None:
         return None
     overview = comparison.format_overview()
     titles = {indicator.name: indicator.title for indicator in comparison.indicators}
