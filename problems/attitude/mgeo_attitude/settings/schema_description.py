@@ -19,9 +19,7 @@ _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 def describe_schema(schema: Schema) -> str:
-    """Return an English phrase for the values that a JSON Schema permits, such as ``a number > 0
-    [deg]``.
-    """
+    """Return an English description of a JSON Schema, such as ``a number > 0 [deg]``."""
     unit = f" [{schema['unit']}]" if "unit" in schema else ""
     return f"{_describe_type(schema)}{unit}"
 
