@@ -54,7 +54,7 @@ def markdown(schema: Schema) -> str:
 
 
 def _table(schema: Schema) -> str:
-    required = schema.get("required", ())
+    required = schema.get("required") or schema.get("anyOf", [{}])[-1].get("required", ())
     rows = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
     for key, value in schema.get("properties", {}).items():
         default = "needed" if key in required else _default(value)
