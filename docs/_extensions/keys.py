@@ -1,7 +1,7 @@
-"""Tables of every key of a file, made of its JSON Schema when the site is built.
+"""Tables of all keys of a file, made from its JSON Schema when the site is built.
 
-The directive ``keys scenario``, ``keys study`` or ``keys mapping`` writes a table of the file's own
-keys, and a section for each table below it.
+The directive ``keys scenario``, ``keys study`` or ``keys mapping`` writes a table of the top-level
+keys, and a section for each table of the file below it.
 """
 
 import json
@@ -44,11 +44,8 @@ SCHEMAS: Mapping[str, Callable[[], Schema]] = {
 
 
 def markdown(schema: Schema) -> str:
-    """Every key with what it takes, its default and what it says: the file's, then of each table.
-
-    A table stands where it is first named, under the key that holds it.
-    """
-    parts = ["## The file's own keys", _table(schema)]
+    """Return a table of the top-level keys of a file, and a section for each table of the file."""
+    parts = ["## Top-level keys", _table(schema)]
     for name, key in _places(schema).items():
         definition = schema["$defs"][name]
         parts.append(f"## `{key}`, {_words(name)}")
@@ -57,11 +54,12 @@ def markdown(schema: Schema) -> str:
 
 
 def _table(schema: Schema) -> str:
-    required = schema.get("required", ())
-    rows = ["| key | takes | default | |", "| --- | --- | --- | --- |"]
+    required = schema.get("required") or schema.get("anyOf", [{}])[-1].get("required", ())
+    rows = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
     for key, value in schema.get("properties", {}).items():
         default = "needed" if key in required else _default(value)
-        cells = (f"`{key}`", describe_schema(value), default, value.get("description", ""))
+        kind = describe_schema(value).removeprefix("nothing or ")  # The default is "none".
+        cells = (f"`{key}`", kind, default, value.get("description", ""))
         rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(rows)
 

@@ -120,7 +120,7 @@ class Catalog:
     @staticmethod
     @cache
     def default() -> Catalog:
-        """Return the built-in catalog of cubesat sensors.
+        """Return the built-in catalog of CubeSat sensors.
 
         The file ``catalog.toml`` cites the sources of its values.
         """

@@ -36,7 +36,7 @@ _OPTION_KEYS = ("preset", "scenario", "catalog", "objectives")
 
 
 def load_scenario_table() -> dict[str, Any]:
-    """Return the default cubesat scenario as nested dicts, which `Scenario.from_dict` accepts."""
+    """Return the default CubeSat scenario as nested dicts, which `Scenario.from_dict` accepts."""
     text = Path(__file__).with_name("cubesat.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
@@ -55,7 +55,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
     Parameters
     ----------
     scenario : Scenario, optional
-        Orbit, constraints and criteria. Its gyro and sensors are ignored. Default: a cubesat in the
+        Orbit, constraints and criteria. Its gyro and sensors are ignored. Default: a CubeSat in the
         orbit of `Scenario.cubesat_6u`, with one orbit for the calibration.
     catalog : Catalog, optional
         Grades of the instruments. Default: `Catalog.default()`.

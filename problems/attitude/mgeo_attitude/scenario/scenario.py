@@ -277,7 +277,7 @@ class Scenario(Settings):
 
     @staticmethod
     def cubesat_1u() -> Scenario:
-        """Return the preset of a 1U cubesat that only magnetorquers rotate.
+        """Return the preset of a 1U CubeSat that only magnetorquers rotate.
 
         Comments in the file ``scenario/cubesat_1u.toml`` list the sources of its values.
         """
@@ -293,7 +293,7 @@ class Scenario(Settings):
 
     @staticmethod
     def cubesat_6u() -> Scenario:
-        """Return the preset of a 6U cubesat with small instruments, in the orbit of the paper but
+        """Return the preset of a 6U CubeSat with small instruments, in the orbit of the paper but
         with eclipses.
 
         With the rule "trace", it converges later than the paper's satellite, when the trace falls
