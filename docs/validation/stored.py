@@ -66,6 +66,12 @@ def show_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> Markd
     return Markdown("\n".join(f"| {' | '.join(map(str, line))} |" for line in lines))
 
 
+def read_robust() -> list[dict[str, Any]]:
+    """Return the results of the searches of the page on robustness, one dict per search."""
+    lines = (DATA.parents[1] / "robust.jsonl").read_text(encoding="utf-8").splitlines()
+    return [json.loads(line) for line in lines]
+
+
 def read_consistency() -> dict[str, dict[str, Any]]:
     """Return the Monte Carlo results of the page on filter consistency, by key."""
     return {row["key"]: row for row in read_results("consistency")}
