@@ -1,6 +1,6 @@
-"""Robust searches and promises over few flights, which take longest, where code is only tried.
+"""Reduce the numbers of Monte Carlo runs, so that a short build of the site is fast.
 
-Every kernel begins with it (``PYTHONSTARTUP``), and so does every command of `terminal`.
+Every kernel (``PYTHONSTARTUP``) and every command of `terminal` executes this file first.
 """
 
 import mgeo_attitude.problem as _problem
