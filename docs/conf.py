@@ -45,7 +45,7 @@ exclude_patterns = ["_build", "_extensions", "_static", "jupyter_execute"]
 # of its folder is the digest of everything else on which they depend. MGEO_NOTEBOOK_SMALL shortens
 # the notebooks: kernels then start with a small number of Monte Carlo runs.
 if "MGEO_NOTEBOOK_SMALL" in os.environ:
-    os.environ["PYTHONSTARTUP"] = str(Path(__file__).parent / "_extensions" / "few_flights.py")
+    os.environ["PYTHONSTARTUP"] = str(Path(__file__).parent / "_extensions" / "few_runs.py")
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(
     Path(__file__).parent / "_build" / "executed" / compute_digest(Path(__file__).parents[1])

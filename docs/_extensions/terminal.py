@@ -117,7 +117,7 @@ def _run_mgeo(arguments: list[str], terminal: str, messages: str) -> None:
     from mgeo.cli.app import main
 
     if _SMALL:
-        import few_flights  # noqa: F401
+        import few_runs  # noqa: F401
     for number, path in ((1, terminal), (2, messages)):
         os.dup2(os.open(path, os.O_WRONLY | os.O_NOCTTY), number)
     sys.argv = ["mgeo", *arguments]
