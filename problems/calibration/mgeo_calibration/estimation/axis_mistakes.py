@@ -43,8 +43,8 @@ WindowVectors = tuple[Floats, Floats, Floats]
 
 
 def find_axis_mistakes(batch: Batch) -> Iterator[str]:
-    """Yield at most one string: the axis permutation or quaternion convention that would explain
-    why the readings of sensors and gyro disagree.
+    """Search for the axis permutation or quaternion convention that makes sensors and gyro agree.
+    Yield at most one description.
 
     Nothing is yielded if the readings as declared already agree, or if no correction is sufficient.
 
@@ -101,8 +101,8 @@ def find_axis_mistakes(batch: Batch) -> Iterator[str]:
 
 
 def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
-    """Yield a triple for each of the 47 signed axis permutations other than the identity: matrix,
-    number of changed axes and description.
+    """Yield the matrix, the number of changed axes and a description of each signed axis
+    permutation except the identity.
     """
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -122,8 +122,8 @@ def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
 
 
 def _select_windows(batch: Batch, max_length: int) -> Ints:
-    """Return the sample indices of short windows that are spread evenly over the batch,
-    shape (w, k). Windows that contain a gyro break are omitted.
+    """Return the sample indices of short, evenly spaced windows without gyro breaks,
+    shape (w, k).
     """
     n, rate = len(batch.times), np.linalg.norm(batch.gyro_rates * batch.durations[:, None], axis=1)
     length = int(
@@ -139,8 +139,8 @@ def _select_windows(batch: Batch, max_length: int) -> Ints:
 
 
 def _correct_mistakes(readings: Floats) -> Iterator[tuple[int, str, Floats]]:
-    """Yield a triple for each mistake that the declaration of a sensor may contain: number of
-    changed axes, description and corrected readings.
+    """Yield the number of changed axes, a description and the corrected readings for each possible
+    mistake in the declaration of a sensor.
     """
     if readings.shape[-2] == 1:
         yield from (
@@ -182,8 +182,8 @@ def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) ->
 
 
 def _predict_misfit(batch: Batch, index: int) -> float:
-    """Return the expected mean squared error of a sensor's unit vectors, from its noise and the
-    prior 1-sigmas of its bias and misalignment [rad²].
+    """Predict the mean squared error of a sensor's unit vectors from its noise and the prior
+    1-sigmas of its bias and misalignment [rad²].
     """
     first_indices = batch.suite.get_first_indices(batch.suite.sensors[index])
     sigma = PriorEstimate.from_suite(batch.suite).sigma
@@ -203,8 +203,8 @@ def _select_samples(windows: Ints) -> Ints:
 
 
 def _accumulate_rotations(angles: Floats) -> Floats:
-    """Return, for each window of samples, the rotation of the body since the first sample of the
-    window, as matrices from the later to the first body frame.
+    """Return rotation matrices from the body frame at each compared sample to the body frame at the
+    start of its window.
 
     Parameters
     ----------
@@ -229,8 +229,8 @@ def _accumulate_rotations(angles: Floats) -> Floats:
 
 
 def _compute_misfit(vectors: Sequence[WindowVectors], rotations: Floats) -> float:
-    """Return the mean squared residual of Wahba's problem, solved separately in each window and
-    averaged over all windows [rad²].
+    """Solve Wahba's problem in each window, and return the mean squared residual over all windows
+    [rad²].
     """
     profile, total = np.zeros((len(rotations), 3, 3)), np.zeros(len(rotations))
     for body, references, weight in vectors:

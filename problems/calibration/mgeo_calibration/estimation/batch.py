@@ -43,8 +43,8 @@ RATE_MAGNITUDES = ("abs_gyro_x", "abs_gyro_y", "abs_gyro_z")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Batch:
-    """Gyro rates and sensor readings at n + 1 samples of telemetry, with the vectors that the
-    sensors observe and the noise of the readings.
+    """Telemetry prepared for the estimator: gyro rates, sensor readings and observed vectors at
+    n + 1 samples.
 
     Attributes
     ----------
@@ -88,8 +88,8 @@ class Batch:
     pointing: AssumedAttitude | None = None
 
     def select_channel_values(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
-        """Return the values of the telemetry channels on which the bias of a gyro or sensor
-        depends, such as temperatures, as one array per channel.
+        """Return the channel values, such as temperatures, on which the bias of a gyro or sensor
+        depends.
 
         Parameters
         ----------
@@ -112,11 +112,11 @@ class Batch:
 
     @property
     def has_reading(self) -> Bools:
-        """Boolean array that is True where a sensor has a reading at a sample, shape (s, n + 1)."""
+        """Boolean mask of the samples at which each sensor has a reading, shape (s, n + 1)."""
         return np.stack([np.isfinite(rows[:, 0, 0]) for rows in self.readings])
 
     def select_samples(self, low: int, high: int) -> Batch:
-        """Return the batch of the samples `low` to `high` - 1 and of the steps between them."""
+        """Return a batch that contains only the samples `low` to `high` - 1."""
         samples, steps = slice(low, high), slice(low, high - 1)
         return replace(
             self,
@@ -134,7 +134,7 @@ class Batch:
 
 
 def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
-    """Convert the telemetry of a scenario to a Batch, the input of the estimator.
+    """Build the input of the estimator from the telemetry of a scenario.
 
     The observed vectors follow from the orbit and the environment of the scenario. Some telemetry
     is omitted, replaced or used with a larger variance:
@@ -246,8 +246,8 @@ def build_batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
 
 
 def collect_channels(telemetry: Telemetry) -> dict[str, Floats]:
-    """Return the telemetry channels on which a bias may depend, as a dict from channel name to an
-    array of shape (n,).
+    """Return the telemetry channels on which a bias may depend, as arrays of shape (n,) keyed by
+    channel name.
 
     These are all housekeeping columns, and the absolute gyro rate about each axis; see
     `RATE_MAGNITUDES`.
@@ -296,8 +296,8 @@ def mask_dark_readings(sensor: Sensor, readings: Floats) -> Floats:
 
 
 def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
-    """Return the 1-sigma of the noise of each component of a sensor's readings, including
-    quantization, shape (k,).
+    """Return the 1-sigma noise of each component of a sensor's readings, including quantization,
+    shape (k,).
     """
     step, sigma = telemetry.find_quantization_steps(sensor.name), np.array(sensor.noise_sigmas())
     if sensor.has_unit_length:
@@ -313,8 +313,8 @@ def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
 
 
 def _select_after_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
-    """Return the telemetry after the epoch of the scenario. The first sample is at the epoch and
-    has no readings.
+    """Return the telemetry after the epoch of the scenario, preceded by a sample at the epoch
+    without readings.
     """
     later = telemetry.times > 0.0
     if later.sum() < 2:

@@ -35,8 +35,8 @@ _PAIRS = ((1, 2), (2, 0), (0, 1))  # row and column of each element of N
 
 @dataclass(frozen=True, eq=False)
 class FieldStrengthFit:
-    """Estimates of the bias, scale factors and non-orthogonality of a magnetometer from the field
-    strength, with covariance and residuals.
+    """Bias, scale factors and non-orthogonality of a magnetometer, estimated from the field
+    strength.
 
     Attributes
     ----------
@@ -56,8 +56,7 @@ class FieldStrengthFit:
 def fit_field_strength(
     measured: Floats, strength: Floats, sigma: Floats, prior_mean: Floats, prior_sigma: Floats
 ) -> FieldStrengthFit:
-    """Estimate bias, scale factors and non-orthogonality of a magnetometer from the strength of the
-    measured field.
+    """Estimate a magnetometer's bias, scale factors and non-orthogonality from the field strength.
 
     The estimate is the maximum a posteriori of the nine unknowns b, k and N.
 
@@ -129,8 +128,8 @@ def fit_field_strength(
 def fit_magnetometer(
     batch: Batch, index: int, state_prior: PriorEstimate, max_readings: int | None = None
 ) -> FieldStrengthFit:
-    """Estimate bias, scale factors and non-orthogonality of one magnetometer of a batch from the
-    strength of the measured field.
+    """Estimate the bias, scale factors and non-orthogonality of a magnetometer in a batch from the
+    field strength.
 
     Field model errors are added to the noise. Readings with outlying lengths are excluded.
 
@@ -183,8 +182,8 @@ def fit_magnetometer(
 
 
 def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
-    """Return the states from which a fit starts, shape (n_states,). States of a magnetometer that
-    may have a large bias are estimated from the field strength; all others are the prior states.
+    """Return the initial states of a fit, shape (n_states,). Magnetometers that may have a large
+    bias are calibrated from the field strength; all other states are the prior states.
 
     Without this estimate, a large bias would corrupt the measured field directions.
 
@@ -214,8 +213,8 @@ def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
 
 
 def compute_response_matrix(values: Floats) -> Floats:
-    """Return the 3 x 3 matrix by which the scale factors and the non-orthogonality of a
-    magnetometer multiply the field.
+    """Return the 3 x 3 response matrix of a magnetometer for its scale factors and
+    non-orthogonality.
 
     Parameters
     ----------
@@ -245,7 +244,7 @@ def _compute_residuals(
 
 
 def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
-    """Return the 1-sigma of each residual due to magnetometer noise, shape (n,).
+    """Propagate the magnetometer noise to the 1-sigma of each residual, shape (n,).
 
     Noise w adds 2 uᵀ W w + |W w|² to a residual, with W = (I + diag k + N)⁻¹.
     """
@@ -257,7 +256,7 @@ def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
 
 
 def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, is_free: Bools) -> Floats:
-    """Return an initial estimate of the nine unknowns by linear least squares, shape (9,).
+    """Return an initial linear least-squares estimate of the nine unknowns, shape (9,).
 
     If one element of k or N is free, all six are estimated; the caller resets the fixed ones.
 

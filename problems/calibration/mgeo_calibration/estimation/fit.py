@@ -50,8 +50,7 @@ _MAX_ROUNDS, _MAX_ACCEPTANCE_ROUNDS = 30, 6
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Smoother solution of a telemetry batch, with the residuals of all readings and the rejected
-    outliers.
+    """Result of smoothing a telemetry batch, with residuals and rejected outliers.
 
     Attributes
     ----------
@@ -166,9 +165,7 @@ def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
 def _fit_held_attitude(
     batch: Batch, prior: PriorEstimate, trajectory: Trajectory, gate: float
 ) -> Fit:
-    """Fit the whole batch at once, starting from the attitude that the satellite is assumed to
-    hold.
-    """
+    """Fit the whole batch at once, starting from the assumed attitude of the satellite."""
     validate_vector_lengths(batch)
     result = fit_from_trajectory(
         batch, prior, trajectory, gate, is_rejected=find_outlying_lengths(batch)
@@ -185,8 +182,8 @@ def fit_from_trajectory(
     tolerances: tuple[float, float] = TOLERANCES,
     is_rejected: Bools | None = None,
 ) -> Fit:
-    """Smooth a telemetry batch from an initial trajectory, and repeat without the outliers until
-    the set of outliers no longer changes.
+    """Smooth a batch from an initial trajectory, and repeat without outliers until the set of
+    outliers no longer changes.
 
     An outlier is a reading whose normalized squared residual exceeds the chi-square threshold of
     its sensor.
@@ -230,8 +227,8 @@ def fit_from_trajectory(
 
 
 def _count_drift_samples(batch: Batch) -> int:
-    """Return the number of samples after which the 1-sigma rotation of the propagated attitude by
-    the gyro's rate random walk reaches `_MAX_WALK_ROTATION`.
+    """Return the number of samples over which the attitude can be propagated before the gyro's rate
+    random walk causes a 1-sigma rotation of `_MAX_WALK_ROTATION`.
     """
     walk = float(np.linalg.norm(batch.suite.gyro.effective_rate_random_walk))
     if not walk:
@@ -241,8 +238,8 @@ def _count_drift_samples(batch: Batch) -> int:
 
 
 def compute_gate_thresholds(suite: Suite, gate: float) -> Floats:
-    """Return the threshold of each sensor above which the normalized squared residual of a reading
-    is an outlier, as an array.
+    """Return the outlier threshold of each sensor for the normalized squared residuals of its
+    readings.
 
     The thresholds are quantiles of the chi-square distribution.
 
@@ -297,8 +294,8 @@ def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
 
 
 def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
-    """Return the part of an error message that reports the state farthest from its prior and the
-    largest rotation of the attitude in the last iteration.
+    """Describe a diverging fit by the state farthest from its prior and the largest attitude change
+    in the last iteration.
     """
     suite, estimate = solution.batch.suite, solution.estimate
     difference = prior.compute_difference(estimate.attitude[0], estimate.states[0])
@@ -319,8 +316,7 @@ def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
 
 
 def _extend_interval(low: int, high: int, n_new: int, arcs: np.ndarray) -> tuple[int, int]:
-    """Return the bounds of an interval of samples after an extension by `n_new` samples on both
-    sides.
+    """Extend an interval of samples by `n_new` samples on both sides, and return the new bounds.
 
     An arc contains the samples between two gyro breaks; `arcs` holds the bounds of all arcs. An arc
     beyond a gyro break is always added completely.
@@ -343,8 +339,8 @@ def _extend_trajectory(
     new_interval: tuple[int, int],
     arcs: np.ndarray,
 ) -> Trajectory:
-    """Initialize attitude and states at the new samples of an extended interval, in place, and
-    return the trajectory.
+    """Initialize a trajectory at the new samples of an extended interval, in place, and return the
+    trajectory.
 
     States are copied from the nearest old sample, with decay toward zero for random processes. The
     attitude is propagated with the gyro. In an arc without estimates, the attitude follows from
@@ -383,7 +379,7 @@ def _extend_trajectory(
 
 
 def _estimate_attitude(batch: Batch, states: Floats) -> Floats:
-    """Return the attitude at all samples from Wahba's problem and the gyro rates. If Wahba's
+    """Estimate the attitude at all samples from Wahba's problem and the gyro rates. If Wahba's
     problem has no solution, the first attitude is the identity.
     """
     try:

@@ -26,8 +26,7 @@ _MIN_NORMAL_SPREAD = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Unit vectors that the sensors observe, in the body frame and in GCRS, with weights for
-    Wahba's problem.
+    """Pairs of unit vectors in the body frame and in GCRS, weighted for Wahba's problem.
 
     Attributes
     ----------
@@ -52,8 +51,8 @@ class Directions:
 
 
 def estimate_initial_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
-    """Solve Wahba's problem in one interval of a batch, propagate the attitude to all samples with
-    the gyro rates, and return the attitudes and the interval.
+    """Estimate the attitude at all samples by solving Wahba's problem in a short interval and
+    integrating the gyro rates.
 
     The interval is the shortest in which the observed directions are far enough apart. The attitude
     is also propagated across gyro breaks.
@@ -86,8 +85,8 @@ def estimate_initial_attitude(batch: Batch, states: Floats) -> tuple[Floats, sli
 
 
 def count_propagated_samples(batch: Batch, bias_sigma: Floats, max_angle: float) -> int:
-    """Return the number of samples after which the unknown gyro bias rotates the propagated
-    attitude by `max_angle`.
+    """Return the number of samples over which the attitude can be propagated before the unknown
+    gyro bias rotates it by `max_angle`.
 
     The number is at most the number of samples of the batch.
 
@@ -105,8 +104,8 @@ def count_propagated_samples(batch: Batch, bias_sigma: Floats, max_angle: float)
 
 
 def accumulate_rotations(batch: Batch, states: Floats) -> Floats:
-    """Return the rotation matrix from the body frame of each sample to the body frame of the first
-    sample, from the gyro rates.
+    """Integrate the gyro rates into rotation matrices from the body frame at each sample to the
+    body frame at the first sample.
 
     Parameters
     ----------
@@ -126,8 +125,8 @@ def accumulate_rotations(batch: Batch, states: Floats) -> Floats:
 
 
 def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Directions:
-    """Return the unit vectors that all sensors of a batch observe, in the body frame of the first
-    sample and in GCRS, with weights.
+    """Collect the unit vectors that all sensors observe, in the body frame of the first sample and
+    in GCRS.
 
     A star tracker contributes the three axes of GCRS. All photodiodes together contribute one Sun
     direction.
@@ -182,8 +181,8 @@ def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Direc
 
 
 def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
-    """Return the Sun direction in the body frame at each sample, estimated by least squares from
-    the readings of all photodiodes, shape (N, 3).
+    """Estimate the Sun direction in the body frame from all photodiodes at each sample,
+    shape (N, 3).
 
     The solution needs at least three lit photodiodes with normals that are well apart; other
     samples are NaN.
@@ -211,8 +210,8 @@ def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Flo
 
 
 def find_interval(directions: Directions, n_samples: int) -> slice:
-    """Return the shortest interval of samples in which the observed directions are far enough apart
-    to determine an attitude, as a slice.
+    """Find the shortest interval in which the observed directions are far enough apart to determine
+    an attitude.
 
     The second eigenvalue of the mean dyad of the directions is compared with `MIN_SPREAD`. Interval
     lengths come from `INTERVAL_LENGTHS`. Among intervals of equal length, the first is returned.
@@ -254,8 +253,8 @@ def find_interval(directions: Directions, n_samples: int) -> slice:
 
 
 def solve_wahba(directions: Directions, is_used: Bools) -> tuple[Floats, float]:
-    """Return the rotation from body frame to GCRS that solves Wahba's problem for the selected
-    directions, and the median squared residual of these directions.
+    """Solve Wahba's problem for the selected directions. Return the rotation from body to GCRS and
+    the median squared residual.
 
     Outliers of each sensor are excluded in two further solutions.
 

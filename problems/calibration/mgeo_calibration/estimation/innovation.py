@@ -29,7 +29,7 @@ ZERO_RATE = np.zeros(3)
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated attitude and states of r filter runs, with the covariance of their errors.
+    """Estimated attitude, states and error covariances of r filter runs.
 
     The error e of a rotation is multiplicative, R = R̂ R(e). All other errors are additive.
 
@@ -54,7 +54,7 @@ class Estimate:
     def from_states(
         cls, suite: Suite, attitude: Floats, states: Floats, covariance: Floats
     ) -> Estimate:
-        """Return the estimate with the given attitudes, states and covariances.
+        """Build an estimate from the attitudes, states and covariances of r runs.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class Estimate:
 
     @classmethod
     def from_model(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
-        """Return the initial estimate of a filter model, repeated for each of `n_runs` runs.
+        """Return the initial estimate of a filter model, repeated for `n_runs` runs.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class Estimate:
         return cls.from_states(model.suite, model.initial_attitude.T[..., None], states, P)
 
     def correct(self, e: Floats, covariance: Floats) -> Estimate:
-        """Return the estimate corrected by its estimated errors, with the given covariance of the
+        """Apply the errors `e` to the estimate, and return the result with the covariance of the
         remaining errors.
 
         Parameters
@@ -105,8 +105,8 @@ class Estimate:
         return Estimate(self.rotation_indices, rotations, states, covariance)
 
     def compute_errors(self, attitude: Floats, states: Floats) -> Floats:
-        """Return the errors of the estimate with respect to the true attitude and states, shape
-        (n_states, r).
+        """Return the errors of the estimate relative to the true attitude and states,
+        shape (n_states, r).
 
         `correct` with these errors gives the true state.
 
@@ -127,8 +127,8 @@ class Estimate:
 
 
 def reset_covariance(P: Floats, e: Floats, rotation_indices: Ints) -> None:
-    """Transform error covariances in place after the estimate is corrected by the errors e, so that
-    rotation errors refer to the corrected rotations.
+    """Transform error covariances in place after a correction by `e`, so that rotation errors refer
+    to the corrected rotations.
 
     An error g of a rotation becomes the rotation vector of R(-e) R(g). The derivative at g = e is
     (I - ½ [e×]) / (1 + |e|² / 4).
@@ -163,8 +163,8 @@ def compute_innovation(
     rate: Floats = ZERO_RATE,
     channel_values: Sequence[Any] = (),
 ) -> TaylorPolynomial:
-    """Return the innovation of a sensor, reading minus prediction, as a Taylor polynomial in the
-    errors of an estimate.
+    """Return a sensor's innovation (reading minus prediction) as a Taylor polynomial in the
+    estimation errors.
 
     The number of an error 3-vector in the polynomial is the number of its state block.
 
@@ -225,8 +225,8 @@ def compute_innovation(
 
 
 def compute_jacobian(innovation: TaylorPolynomial) -> tuple[Ints, Floats]:
-    """Return the indices of the states on which an innovation depends, and the measurement Jacobian
-    H with respect to the errors of these states.
+    """Return the measurement Jacobian H of an innovation, together with the indices of the states
+    in its columns.
 
     Parameters
     ----------
@@ -248,8 +248,8 @@ def compute_jacobian(innovation: TaylorPolynomial) -> tuple[Ints, Floats]:
 
 
 def compute_second_order_moments(innovation: TaylorPolynomial, P: Floats) -> tuple[Floats, Floats]:
-    """Return the mean and the covariance of the second-order terms of an innovation, for normally
-    distributed errors of the states.
+    """Return the mean and covariance of an innovation's second-order terms for normally distributed
+    state errors.
 
     The term ½ eᵀ B e has the mean ½ tr(B P), and two terms have the covariance ½ tr(B P B' P).
 

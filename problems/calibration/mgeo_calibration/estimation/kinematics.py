@@ -29,8 +29,7 @@ from mgeo_calibration.telemetry.attitude_hold import AssumedAttitude
 
 @dataclass(frozen=True, eq=False)
 class ProcessEquations:
-    """Linearized process equations of a batch: transition matrices, process noise covariances and
-    defects of all steps.
+    """Process equations of all steps of a batch, linearized about a trajectory.
 
     Consecutive samples satisfy defect + F e_k + G e_c - e_{k+1} ~ N(0, Q). Here e_k are the errors
     of the stochastic states, and e_c the errors of the constant states. Constant states affect only
@@ -57,13 +56,13 @@ class ProcessEquations:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Tuple of F, G, Q and defect, in the order that the compiled functions expect."""
+        """Arrays F, G, Q and defect in the order that the compiled functions expect."""
         return self.F, self.G, self.Q, self.defect
 
 
 def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
-    """Return the factors by which the states without process noise change from the first sample to
-    each sample, shape (N, c).
+    """Return the decay of the states without process noise since the first sample, as factors of
+    shape (N, c).
 
     All factors are one, except for a gyro bias that decays without process noise.
 
@@ -84,8 +83,8 @@ def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
 
 
 def compute_rates_and_rotations(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
-    """Return the mean body rate and the rotation matrix of each step. Both follow from the measured
-    gyro rates, corrected by the estimated gyro states.
+    """Return the mean body rate and the rotation matrix of each step, from gyro rates corrected by
+    the estimated gyro states.
 
     The rotation of a linearly varying rate includes the coning term (J. E. Bortz, A New
     Mathematical Formulation for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and
@@ -127,8 +126,7 @@ def linearize_process(
     partition: Partition,
     constant_factors: Floats | None = None,
 ) -> ProcessEquations:
-    """Return transition matrices, process noise covariances and defects of the steps of a batch,
-    linearized about a trajectory.
+    """Linearize the process equations of a batch about a trajectory.
 
     The process noise of the attitude includes `Batch.excess_angle_variance`. In a suite with
     `StepNoise`, for sensors with a measurement latency, the step noise is correlated with the
@@ -195,8 +193,8 @@ def linearize_process(
 def _linearize_pointing(
     pointing: AssumedAttitude, trajectory: Trajectory, durations: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return transition matrices, process noise covariances and defects of the attitude for a
-    satellite that holds an attitude with a random pointing error.
+    """Linearize the attitude of a satellite that holds an attitude with a random pointing error.
+    Return the transition matrices, process noise covariances and defects.
 
     The vectors p represent the rotations from the held attitude (twice the Gibbs vectors) and
     satisfy p_{k+1} = φ p_k + w exactly. An error e of the attitude changes p by J e.
@@ -213,8 +211,7 @@ def _linearize_pointing(
 def discretize_dynamics(
     suite: Suite, rates: Floats, durations: Floats, channel_values: Sequence[Floats] = ()
 ) -> tuple[Floats, Floats]:
-    """Return the transition matrices and the process noise covariances of n steps, for attitude,
-    gyro states and varying sensor states.
+    """Discretize the dynamics of attitude, gyro states and time-varying sensor states over n steps.
 
     The matrices are those of equation (8) of docs/explanation/models-and-filter.md. Attitude and
     gyro use a power series, the independent sensor processes the exact solution. The bias
@@ -266,8 +263,8 @@ def discretize_dynamics(
 
 @lru_cache(maxsize=16)
 def _differentiate_dynamics(suite: Suite) -> Floats:
-    """Return how the influence of the constant gyro states on the attitude error changes with the
-    body rate.
+    """Return the derivatives of the dynamics matrix with respect to the body rate, in the attitude
+    rows and the columns of the constant gyro states.
 
     Element [k, i, j] of the result, shape (3, 3, n), is the derivative of entry (i, j) of the
     dynamics matrix with respect to rate component k, for the n columns of the constant states.

@@ -33,8 +33,7 @@ from mgeo_calibration.estimation.trajectory import Partition, Trajectory, split_
 
 @dataclass(frozen=True, eq=False)
 class SensorEquations:
-    """Measurement equations of one sensor, linearized about a trajectory: innovations, Jacobian and
-    noise of all readings.
+    """Measurement equations of one sensor, linearized about a trajectory.
 
     Each reading satisfies z - H e ~ N(0, diag(noise)²) for the errors e of the states.
 
@@ -61,8 +60,8 @@ class SensorEquations:
 
 @dataclass(frozen=True, eq=False)
 class MeasurementEquations:
-    """Measurement equations of all s sensors, linearized about a trajectory, in arrays of equal
-    size for all sensors.
+    """Measurement equations of all s sensors, linearized about a trajectory and padded to equal
+    size.
 
     Readings with fewer than three components are padded with components that are always zero.
 
@@ -94,16 +93,14 @@ class MeasurementEquations:
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
-        """Tuple of z, H, noise, n_columns and columns, in the order that the compiled functions
+        """Arrays z, H, noise, n_columns and columns in the order that the compiled functions
         expect.
         """
         return self.z, self.H, self.noise, self.n_columns, self.columns
 
     @property
     def n_leading(self) -> int:
-        """Number of stochastic states up to the last one on which a reading depends, at least
-        three.
-        """
+        """Number of leading stochastic states that affect the readings, at least three."""
         columns_and_counts = zip(self.columns, self.n_columns, strict=True)
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in columns_and_counts))
 
@@ -111,7 +108,7 @@ class MeasurementEquations:
 def linearize_measurements(
     batch: Batch, trajectory: Trajectory, partition: Partition
 ) -> MeasurementEquations:
-    """Return the measurement equations of all sensors, linearized about a trajectory.
+    """Linearize the measurement equations of all sensors about a trajectory.
 
     Parameters
     ----------
@@ -160,7 +157,7 @@ def linearize_measurements(
 
 
 def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> SensorEquations:
-    """Return the measurement equations of one sensor, linearized about a trajectory.
+    """Linearize the measurement equations of one sensor about a trajectory.
 
     The body rate for a measurement latency is the rate of the step that ends at the sample.
 
@@ -202,8 +199,8 @@ def linearize_sensor(batch: Batch, index: int, trajectory: Trajectory) -> Sensor
 def _linearize_samples(
     batch: Batch, index: int, trajectory: Trajectory, samples: Ints
 ) -> tuple[Floats, Ints, Floats]:
-    """Return the innovations of one sensor at the given samples, the indices of the states on which
-    they depend, and the Jacobian.
+    """Return the innovations, the state indices and the Jacobian of one sensor at the given
+    samples.
     """
     r = _compute_innovation(batch, index, trajectory, samples, LinearPolynomial)
     states, H = compute_jacobian(r)
@@ -239,7 +236,7 @@ def _compute_innovation(
 def compute_sensor_innovations(
     batch: Batch, index: int, trajectory: Trajectory
 ) -> tuple[Ints, Floats]:
-    """Return the samples at which one sensor has a reading, and the innovations of these readings.
+    """Return the sample indices and the innovations of all readings of one sensor.
 
     Parameters
     ----------
@@ -262,8 +259,8 @@ def compute_sensor_innovations(
 
 
 def compute_innovations(batch: Batch, index: int, trajectory: Trajectory) -> Floats:
-    """Return the innovations of one sensor at all samples, as an array of shape (N, k) with NaN
-    where the sensor has no reading.
+    """Return the innovations of one sensor at all samples, shape (N, k). Samples without a reading
+    are NaN.
 
     Parameters
     ----------
@@ -285,8 +282,7 @@ def compute_innovations(batch: Batch, index: int, trajectory: Trajectory) -> Flo
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """Process and measurement equations of consecutive samples of a batch, linearized about a
-    trajectory.
+    """Process and measurement equations of consecutive samples, linearized about a trajectory.
 
     Attributes
     ----------
@@ -319,8 +315,8 @@ def linearize_equations(
     low: int,
     high: int,
 ) -> Equations:
-    """Return the process and measurement equations of the samples `low` to `high` - 1 of a batch,
-    linearized about a trajectory.
+    """Linearize the process and measurement equations of the samples `low` to `high` - 1 about a
+    trajectory.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ VectorRates = Callable[[Equations, int], Floats]
 
 
 def compute_smoothed_rates(solution: Solution) -> Floats:
-    """Return the mean body rate in each step from the smoothed attitude, shape (N - 1, 3) [rad/s].
+    """Compute the mean body rate in each step from the smoothed attitude, shape (N - 1, 3) [rad/s].
 
     If the declared gyro noise is too large, the smoothed attitude follows the noise of single
     readings. The rates are therefore filtered over as many steps as the motion allows (A. Savitzky,
@@ -76,8 +76,8 @@ def compute_smoothed_rates(solution: Solution) -> Floats:
 
 
 def estimate_angle_random_walk(solution: Solution) -> float:
-    """Return the angle random walk of the gyro, estimated from the differences between gyro and
-    smoothed attitude [rad/sqrt(s)].
+    """Estimate the angle random walk of the gyro by comparing its rates with the smoothed attitude
+    [rad/sqrt(s)].
 
     Parameters
     ----------
@@ -99,8 +99,7 @@ def _compute_attitude_rates(solution: Solution) -> Floats:
 
 
 def build_bias_decay_error(solution: Solution) -> ModelError:
-    """Return the score-test regressors for a gyro bias whose correlation time differs from the
-    declared value.
+    """Build the score-test regressors for an error in the correlation time of the gyro bias.
 
     A coefficient of one increases the inverse correlation time by one over the duration of the
     data.
@@ -123,8 +122,8 @@ def build_bias_decay_error(solution: Solution) -> ModelError:
 
 
 def build_bias_drift_error(solution: Solution) -> ModelError:
-    """Return the score-test regressors for a gyro bias that drifts, with a coefficient for each
-    axis and each of the `N_PARTS` equal parts of the data.
+    """Build the score-test regressors for a gyro bias drift that is piecewise linear in time. Each
+    axis has one coefficient for each of the `N_PARTS` equal parts of the data.
 
     A coefficient of one changes the bias by its initial 1-sigma within its part.
 
@@ -151,8 +150,8 @@ def build_bias_drift_error(solution: Solution) -> ModelError:
 
 
 def build_gyro_noise_error(solution: Solution) -> ModelError:
-    """Return the score-test regressors for sinusoidal gyro errors about each axis, which represent
-    gyro noise above the declared noise.
+    """Build the score-test regressors for excess gyro noise, represented by sinusoids about each
+    axis.
 
     The sinusoids have `CYCLES` cycles over the data. A coefficient of one is an amplitude equal to
     the 1-sigma of the gyro noise in one step.
@@ -179,8 +178,8 @@ def build_gyro_noise_error(solution: Solution) -> ModelError:
 
 
 def build_gyro_parameter_error(rates: Floats, state: str) -> ModelError:
-    """Return the score-test regressors for one kind of calibration parameter of the gyro, with a
-    coefficient for each axis.
+    """Build the score-test regressors for a gyro calibration parameter with one coefficient per
+    axis.
 
     Parameters
     ----------
@@ -196,8 +195,7 @@ def build_gyro_parameter_error(rates: Floats, state: str) -> ModelError:
 
 
 def build_gyro_time_tag_error(rates: Floats, durations: Floats) -> ModelError:
-    """Return the score-test regressors for a gyro whose rates are `LARGE_DELAY_S` ahead of their
-    time stamps.
+    """Build the score-test regressor for gyro time stamps that are `LARGE_DELAY_S` too early.
 
     Parameters
     ----------
@@ -217,8 +215,8 @@ def build_gyro_time_tag_error(rates: Floats, durations: Floats) -> ModelError:
 
 
 def build_gyro_channel_error(solution: Solution, channel: Floats) -> ModelError:
-    """Return the score-test regressors for a gyro bias proportional to a telemetry channel, with a
-    coefficient for each axis.
+    """Build the score-test regressors for a gyro bias proportional to a telemetry channel, with one
+    coefficient per axis.
 
     A coefficient of one is a bias of its initial 1-sigma for a channel value of one.
 
@@ -239,8 +237,8 @@ def build_gyro_channel_error(solution: Solution, channel: Floats) -> ModelError:
 
 
 def build_vector_rates(solution: Solution) -> VectorRates:
-    """Return a cached function that computes the rate of change of a sensor's readings due to the
-    motion of the observed vector in GCRS.
+    """Build a cached function that computes how fast a sensor's readings change because the
+    observed vector moves in GCRS.
 
     Parameters
     ----------
@@ -256,7 +254,7 @@ def build_vector_rates(solution: Solution) -> VectorRates:
 
 
 def build_latency_error(index: int, rates: Floats, vector_rates: VectorRates) -> ModelError:
-    """Return the score-test regressors for a sensor whose readings are `LARGE_DELAY_S` old.
+    """Build the score-test regressor for a measurement latency of `LARGE_DELAY_S` in one sensor.
 
     Parameters
     ----------
@@ -278,8 +276,8 @@ def build_latency_error(index: int, rates: Floats, vector_rates: VectorRates) ->
 
 
 def build_along_track_error(n_sensors: int, vector_rates: VectorRates) -> ModelError:
-    """Return the score-test regressors for a satellite that is `LARGE_DELAY_S` behind its orbit
-    prediction.
+    """Build the score-test regressor for a satellite that is `LARGE_DELAY_S` behind its predicted
+    orbital position.
 
     Parameters
     ----------
@@ -299,8 +297,8 @@ def build_along_track_error(n_sensors: int, vector_rates: VectorRates) -> ModelE
 
 
 def build_vector_error(index: int, state: str) -> ModelError:
-    """Return the score-test regressors for undeclared scale factors or non-orthogonality of a
-    vector sensor, with a coefficient for each axis.
+    """Build the score-test regressors for undeclared scale factors or non-orthogonality of a vector
+    sensor, with one coefficient per axis.
 
     If the satellite is assumed to hold an attitude, the vectors are those at the held attitude,
     because the smoothed attitude contains the pointing error that is part of the innovations.
@@ -328,10 +326,10 @@ def build_vector_error(index: int, state: str) -> ModelError:
 
 
 def build_offset_drift_error(solution: Solution, index: int) -> ModelError:
-    """Return the score-test regressors for a sensor offset that drifts, with a coefficient for each
-    axis and each of the `N_PARTS` equal parts of the data.
+    """Build the score-test regressors for a sensor offset drift that is piecewise linear in time.
+    Each axis has one coefficient for each of the `N_PARTS` equal parts of the data.
 
-    A coefficient of one changes the offset by `LARGE_OFFSET` within its part.
+    A coefficient of one changes the offset by `LARGE_OFFSET` noise 1-sigmas within its part.
 
     Parameters
     ----------
@@ -350,8 +348,8 @@ def build_offset_drift_error(solution: Solution, index: int) -> ModelError:
 
 
 def build_offset_channel_error(index: int, channel: Floats) -> ModelError:
-    """Return the score-test regressors for a sensor offset proportional to a telemetry channel,
-    with a coefficient for each axis.
+    """Build the score-test regressors for a sensor offset proportional to a telemetry channel, with
+    one coefficient per axis.
 
     Parameters
     ----------
@@ -370,8 +368,8 @@ def build_offset_channel_error(index: int, channel: Floats) -> ModelError:
 
 
 def build_misalignment_channel_error(index: int, channel: Floats) -> ModelError:
-    """Return the score-test regressors for a sensor misalignment proportional to a telemetry
-    channel, with a coefficient for each axis.
+    """Build the score-test regressors for a sensor misalignment proportional to a telemetry
+    channel, with one coefficient per axis.
 
     Parameters
     ----------
@@ -389,8 +387,8 @@ def build_misalignment_channel_error(index: int, channel: Floats) -> ModelError:
 
 
 def compute_ramps(elapsed_fractions: Floats) -> Floats:
-    """Return one ramp for each of the `N_PARTS` equal parts of the data, at the given times,
-    shape (n, N_PARTS). Each ramp rises from zero to one within its part.
+    """Evaluate `N_PARTS` ramp functions at the given times, shape (n, N_PARTS). Each ramp rises
+    from zero to one within its part of the data.
 
     Parameters
     ----------
@@ -402,13 +400,12 @@ def compute_ramps(elapsed_fractions: Floats) -> Floats:
 
 
 def build_step_profile(part: int) -> Profile:
-    """Return the profile of an offset that rises from zero to one within one of the `N_PARTS` equal
-    parts of the data. The profile is a function of the elapsed fraction of the time.
+    """Return an offset profile that rises from zero to one within one part of the data.
 
     Parameters
     ----------
     part : int
-        Index of the part.
+        Index of one of the `N_PARTS` equal parts of the data.
 
     Returns
     -------
@@ -418,8 +415,8 @@ def build_step_profile(part: int) -> Profile:
 
 
 def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
-    """Return the profile of an offset that grows linearly from zero at the start of the data to one
-    at the end, shape (n, 1).
+    """Evaluate an offset profile that grows linearly from zero at the start of the data to one at
+    the end, shape (n, 1).
 
     Parameters
     ----------
@@ -430,8 +427,8 @@ def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
 
 
 def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
-    """Return the profiles of offsets that start at zero and follow 1 to `N_HALF_WAVES` half waves
-    of a cosine, one profile per column, shape (n, N_HALF_WAVES).
+    """Evaluate cosine offset profiles with 1 to `N_HALF_WAVES` half waves, one per column,
+    shape (n, N_HALF_WAVES). All profiles start at zero.
 
     Parameters
     ----------
@@ -446,8 +443,8 @@ def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
 def build_profile_errors(
     drift_error: ModelError, profiles: Sequence[Profile]
 ) -> tuple[ModelErrorCombination, ...]:
-    """Return the score-test regressors for each of several offset profiles. They are linear
-    combinations of the regressors of a piecewise linear drift.
+    """Build the score-test regressors for offset profiles by combining the regressors of a
+    piecewise linear drift.
 
     Parameters
     ----------
@@ -483,7 +480,7 @@ def _build_rate_error(
     n_coefficients: int,
     last_bias_change: Floats | None = None,
 ) -> ModelError:
-    """Return the score-test regressors for an additive error of the gyro rates.
+    """Build the score-test regressors for an additive error of the gyro rates.
 
     Parameters
     ----------
@@ -522,8 +519,8 @@ def _compute_rate_sensitivity(equations: Equations) -> Floats:
 
 
 def _compute_vector_changes(state: str, vectors: Floats) -> Floats:
-    """Return the change of each vector due to a calibration parameter of `LARGE_AXES_ERROR` on each
-    axis, shape (n, 3, 3).
+    """Return how each vector changes if a calibration parameter is `LARGE_AXES_ERROR` on one axis,
+    shape (n, 3, 3).
     """
     if state == "misalignment":
         columns: Floats = -np.moveaxis(skew(vectors.T), -1, 0)
@@ -549,8 +546,8 @@ def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -
 
 
 def _compute_offset_columns(equations: Equations, index: int) -> Floats:
-    """Return the change of the readings of sensor number `index` due to an offset of `LARGE_OFFSET`
-    on each axis, shape (n, 3, 3): samples, components of the reading, and axes of the offset.
+    """Return how a sensor's readings change due to an offset of `LARGE_OFFSET` noise 1-sigmas on
+    each axis, shape (n, 3, 3). The axes are samples, reading components and offset axes.
     """
     suite = equations.batch.suite
     sensor = suite.sensors[index]

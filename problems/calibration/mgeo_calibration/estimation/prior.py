@@ -18,8 +18,7 @@ UNKNOWN_ATTITUDE_SIGMA = 1.0
 
 @dataclass(frozen=True, eq=False)
 class PriorEstimate:
-    """Prior estimate of attitude and states at the first sample of a batch, with 1-sigmas and
-    correlations.
+    """Prior estimate of attitude and states at the first sample of a batch.
 
     Attributes
     ----------
@@ -44,8 +43,8 @@ class PriorEstimate:
 
     @classmethod
     def from_suite(cls, suite: Suite) -> PriorEstimate:
-        """Return the prior of an uncalibrated suite: an unknown attitude, and states of zero with
-        the initial 1-sigmas of the suite.
+        """Return the prior of an uncalibrated suite, with unknown attitude, zero states and initial
+        1-sigmas.
         """
         sigma = suite.initial_sigma(UNKNOWN_ATTITUDE_SIGMA)
         return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
@@ -54,8 +53,8 @@ class PriorEstimate:
     def from_scenario(
         cls, scenario: Scenario, pointing: AssumedAttitude | None = None
     ) -> PriorEstimate:
-        """Return the prior of a scenario: the result of its earlier calibration or, if there is
-        none, the prior of its uncalibrated suite.
+        """Return the prior of a scenario. It is the result of an earlier calibration or, without
+        one, the prior of the uncalibrated suite.
 
         Parameters
         ----------
@@ -74,8 +73,8 @@ class PriorEstimate:
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def reset_varying_states(self) -> PriorEstimate:
-        """Return a copy of the prior with an unknown attitude, and with the time-varying sensor
-        states reset to their initial values and 1-sigmas.
+        """Return a copy of the prior with an unknown attitude and initial values of the
+        time-varying sensor states.
 
         All other states are unchanged.
         """
@@ -113,7 +112,7 @@ class PriorEstimate:
 
     def compute_residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
         """Return the difference between the prior and an estimate, whitened by the prior
-        covariance, and the negative Jacobian of this residual.
+        covariance, with its negative Jacobian.
 
         Parameters
         ----------

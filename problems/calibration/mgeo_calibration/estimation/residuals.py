@@ -16,7 +16,7 @@ from mgeo_calibration.estimation.smoother import Solution, smooth_covariances
 
 @dataclass(frozen=True, eq=False)
 class Innovations:
-    """Innovations of one sensor in a Kalman filter, whitened by their covariance.
+    """Whitened Kalman filter innovations of one sensor.
 
     Each of the m readings is predicted from all earlier readings.
 
@@ -41,8 +41,7 @@ class Innovations:
 
 @dataclass(frozen=True, eq=False)
 class FilterEstimates:
-    """Estimates of a Kalman filter at N samples, each of which uses only the readings up to its
-    sample.
+    """Kalman filter estimates at N samples, each based on the readings up to that sample.
 
     The filter is linearized about a smoother solution.
 
@@ -63,8 +62,7 @@ class FilterEstimates:
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """Residuals of all readings with respect to the smoothed estimate, and the 1-sigma of the
-    smoothed attitude.
+    """Residuals of all readings after smoothing, and the 1-sigma of the smoothed attitude.
 
     Attributes
     ----------
@@ -84,7 +82,7 @@ class Residuals:
 
 
 def compute_residuals(solution: Solution) -> Residuals:
-    """Return the residuals of all readings with respect to a smoother solution.
+    """Compute the residuals of all readings after smoothing.
 
     The residuals of rejected readings are included.
 
@@ -125,8 +123,8 @@ def compute_residuals(solution: Solution) -> Residuals:
 
 
 def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEstimates:
-    """Run a Kalman filter that is linearized about a smoother solution, and return its estimates,
-    covariances and innovations at all samples.
+    """Run a Kalman filter linearized about a smoother solution, and return its estimates and
+    innovations.
 
     In contrast to the smoother, the filter uses only the readings up to each sample.
 
@@ -169,7 +167,7 @@ def compute_filter_estimates(solution: Solution, n_leading: int = 3) -> FilterEs
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class History:
-    """Smoothed and filtered attitude of a calibration at N samples, with 1-sigmas and innovations.
+    """Smoothed and filtered attitude history of a calibration, with 1-sigmas and innovations.
 
     Attributes
     ----------

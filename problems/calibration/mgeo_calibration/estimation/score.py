@@ -31,8 +31,8 @@ _SERIES_THRESHOLD = 500.0
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModelError:
-    """Regressors of a model error for score tests: functions that return the effect of each of k
-    coefficients on attitude and readings.
+    """Model error for score tests, described by the effects of its k coefficients on attitude and
+    readings.
 
     A coefficient of one is a large error. A combination of coefficients with a 1-sigma above one is
     not tested.
@@ -57,8 +57,7 @@ class ModelError:
 
 @dataclass(frozen=True, eq=False)
 class ModelErrorCombination:
-    """Model error whose coefficients are linear combinations of the coefficients of another model
-    error.
+    """Model error formed by linear combinations of the coefficients of another model error.
 
     Attributes
     ----------
@@ -78,8 +77,7 @@ class ModelErrorCombination:
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """Result of a score test of one model error: coefficients with 1-sigmas, and the chi-square
-    statistic.
+    """Result of the score test of one model error.
 
     Attributes
     ----------
@@ -102,8 +100,7 @@ class Score:
     n_alternatives: int = 1
 
     def compute_p_value(self, variance_ratio: float = 1.0) -> float:
-        """Return the p-value of the test if the noise variance is `variance_ratio` times the
-        declared variance.
+        """Return the p-value of the test for a given ratio of actual to declared noise variance.
 
         Parameters
         ----------
@@ -113,8 +110,8 @@ class Score:
         return float(np.exp(-0.5 * self.compute_evidence(variance_ratio)))
 
     def compute_evidence(self, variance_ratio: float = 1.0) -> float:
-        """Return -2 ln p, a measure of the evidence against the model, where p is the p-value of
-        the test if the noise variance is `variance_ratio` times the declared variance.
+        """Return -2 ln p for the p-value of the test. Larger values are stronger evidence against
+        the model.
 
         The result is finite even where p underflows. If the model is correct, -2 ln p is chi-square
         distributed with two degrees of freedom.
@@ -132,8 +129,7 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class ScoreTests:
-    """Fisher information and log-likelihood gradient for score tests, with respect to the m
-    coefficients of all tested model errors.
+    """Fisher information and log-likelihood gradient for score tests of several model errors.
 
     Attributes
     ----------
@@ -153,8 +149,8 @@ class ScoreTests:
     slices: Mapping[str, slice]
 
     def compute_score(self, name: str, nuisance: Sequence[str] = ()) -> Score:
-        """Return the score test of one model error. Other model errors may be estimated at the same
-        time as nuisance parameters.
+        """Test one model error. Other model errors can be estimated at the same time as nuisance
+        parameters.
 
         Parameters
         ----------
@@ -194,8 +190,8 @@ _MIN_COMPONENT = 0.1
 def compute_scores(
     solution: Solution, model_errors: Mapping[str, ModelError | ModelErrorCombination]
 ) -> ScoreTests:
-    """Return the Fisher information and the log-likelihood gradient for score tests of several
-    model errors. One filter pass about a converged solution is sufficient.
+    """Compute the Fisher information and the log-likelihood gradient for score tests of several
+    model errors, in one filter pass.
 
     Parameters
     ----------
@@ -281,8 +277,8 @@ def _run_filter(
     R: Floats,
     gram: Floats,
 ) -> None:
-    """Run the filter with the model error coefficients as additional unknowns, and update
-    `last_sensitivities`, `R` and `gram` in place.
+    """Run the filter with the model error coefficients as additional unknowns.
+    `last_sensitivities`, `R` and `gram` are updated in place.
     """
     for span in solution.iterate_spans():
         attitude_columns, reading_columns = _collect_effects(span, slices)
@@ -316,8 +312,8 @@ def _run_filter(
 def _collect_effects(
     span: Span, slices: Mapping[ModelError, slice]
 ) -> tuple[Columns, list[Columns]]:
-    """Return the indices and the effects of the model error coefficients, first on the attitude in
-    each step, then on the readings of each sensor.
+    """Return the effects of the model error coefficients on the attitude and on each sensor's
+    readings, with the coefficient indices.
     """
     n, measurements = span.high - span.low, span.measurements
     attitude_columns, reading_columns = (
@@ -347,8 +343,7 @@ def _build_empty_columns(n: int) -> Columns:
 
 
 def _invert_information(information: Floats) -> tuple[Floats, Bools, Floats]:
-    """Return the pseudo-inverse of an information matrix, restricted to the eigenvectors with an
-    eigenvalue above one, that is, with a 1-sigma below one.
+    """Return the pseudo-inverse of an information matrix in the subspace of eigenvalues above one.
 
     Returns
     -------

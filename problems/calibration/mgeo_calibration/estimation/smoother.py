@@ -43,8 +43,7 @@ FilterState = tuple[Floats, Floats, Floats]
 
 @dataclass(frozen=True, eq=False)
 class Span(Equations):
-    """Linearized equations of a range of consecutive samples of a batch, with the estimates of the
-    forward filter at these samples.
+    """Linearized equations and forward filter estimates of consecutive samples of a batch.
 
     Attributes
     ----------
@@ -66,9 +65,7 @@ class Span(Equations):
 
     @property
     def new_samples(self) -> slice:
-        """Slice of the batch with the samples of this span, except a first sample that also belongs
-        to the previous span.
-        """
+        """Slice of the batch samples that belong to this span but not to the previous span."""
         return slice(self.low + self.first_new, self.high)
 
     @property
@@ -80,7 +77,7 @@ class Span(Equations):
 
 @dataclass(frozen=True, eq=False)
 class LinearizedBatch:
-    """Telemetry batch together with the trajectory about which its equations are linearized.
+    """Telemetry batch with the trajectory about which its equations are linearized.
 
     Attributes
     ----------
@@ -104,8 +101,7 @@ class LinearizedBatch:
     def filter_span(
         self, start: FilterState, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
-        """Run the forward filter over one span. Return the span with its filter estimates, and the
-        cost accumulated up to its last sample.
+        """Run the forward filter over one span, and return the span with the accumulated cost.
 
         Parameters
         ----------
@@ -156,8 +152,7 @@ class LinearizedBatch:
 
 @dataclass(frozen=True, eq=False)
 class Solution(LinearizedBatch):
-    """Result of one linear smoother pass about a trajectory: estimated errors of all states, and
-    their covariance.
+    """Result of one linear smoother pass: estimated errors of a trajectory and their covariance.
 
     The vector c of length q contains the errors of the d stochastic states at the first sample,
     followed by the errors of the constant states. Errors are corrections to the trajectory.
@@ -190,7 +185,7 @@ class Solution(LinearizedBatch):
 
     @cached_property
     def covariance(self) -> Floats:
-        """Covariance of the errors at the first sample and of the constant states, shape (q, q)."""
+        """Covariance of the state errors at the first sample, shape (q, q)."""
         # `@` would start BLAS threads, which then wait for further work in a busy loop.
         covariance: Floats = np.einsum("ij,kj->ik", self.covariance_root, self.covariance_root)
         return covariance
@@ -219,8 +214,7 @@ class Solution(LinearizedBatch):
         )
 
     def is_converged(self, tolerances: tuple[float, float] = TOLERANCES) -> bool:
-        """Return True if the estimated errors of the trajectory are smaller than the convergence
-        tolerances.
+        """Return True if the estimated errors are smaller than the convergence tolerances.
 
         Parameters
         ----------
@@ -234,8 +228,7 @@ class Solution(LinearizedBatch):
         return bool(largest_step < tolerances[0] and largest_rotation < tolerances[1])
 
     def iterate_spans(self, backward: bool = False) -> Iterator[Span]:
-        """Yield the spans of the batch with the filter estimates at their samples, in order of time
-        or in reverse order.
+        """Yield the spans of the batch with their filter estimates, forward or backward in time.
 
         Spans that are not in memory are computed again.
 
@@ -256,8 +249,8 @@ class Solution(LinearizedBatch):
 
 @dataclass(frozen=True, eq=False)
 class SmoothedCovariance:
-    """Smoothed covariance of the first n stochastic states at N samples, conditional on the errors
-    c that are common to all samples, and the derivative of the smoothed errors with respect to c.
+    """Smoothed covariance of the n leading stochastic states for given common errors c, and the
+    derivative of the smoothed errors with respect to c.
 
     The vector c contains the errors at the first sample and the errors of the constant states.
 
@@ -281,8 +274,7 @@ def solve(
     tolerances: tuple[float, float] = TOLERANCES,
     is_rejected: Bools | None = None,
 ) -> Solution:
-    """Smooth a batch by Gauss-Newton iterations from an initial trajectory, until convergence or
-    `max_iterations`.
+    """Smooth a batch by Gauss-Newton iterations that start from an initial trajectory.
 
     A step that increases the cost is halved.
 
@@ -333,7 +325,7 @@ def solve_linearized(
     partition: Partition,
     is_rejected: Bools | None = None,
 ) -> Solution:
-    """Smooth a batch in one Gauss-Newton step, with equations linearized about a trajectory.
+    """Smooth a batch in one Gauss-Newton step about a trajectory.
 
     Parameters
     ----------
@@ -404,8 +396,8 @@ def solve_linearized(
 def smooth_covariances(
     solution: Solution, n_leading: int | None = None
 ) -> Iterator[tuple[Span, SmoothedCovariance]]:
-    """Yield the spans of a solution, backward in time, each with the smoothed covariances at its
-    samples.
+    """Yield the spans of a solution with their smoothed covariances, from the last span to the
+    first.
 
     The covariances at the first sample of a span are undefined if `Span.first_new` is 1.
 

@@ -36,9 +36,7 @@ _RELATIVE_CORRELATION_TIME = 1e-3
 
 @dataclass(frozen=True)
 class StepNoise:
-    """Gyro noise in the current step, as an additional error source of a suite besides the gyro and
-    the sensors.
-    """
+    """Gyro noise in the current step, as an additional error source of a suite."""
 
     process: GaussMarkov
 
@@ -47,14 +45,14 @@ class StepNoise:
     bias_sensitivities: ClassVar[tuple[Any, ...]] = ()
 
     def states(self) -> dict[str, GaussMarkov]:
-        """Return the Gauss-Markov gyro noise process [rad/s], as a dict keyed by state name."""
+        """Return the Gauss-Markov process of the step noise [rad/s], keyed by state name."""
         return {RATE_NOISE: self.process}
 
 
 @dataclass(frozen=True)
 class StepNoiseSuite(Suite):
-    """Suite with the gyro noise of the current step as additional states, for sensors with a
-    measurement latency.
+    """Suite that also estimates the gyro noise of the current step, for sensors with a measurement
+    latency.
 
     Attributes
     ----------
@@ -77,8 +75,7 @@ class StepNoiseSuite(Suite):
 
 
 def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEstimate]:
-    """Return a batch and its prior, both with additional states for the gyro noise of the current
-    step.
+    """Add states for the gyro noise of the current step to a batch and its prior, and return both.
 
     The arguments are returned unchanged if no sensor has a measurement latency.
 
@@ -116,7 +113,7 @@ def add_step_noise(batch: Batch, prior: PriorEstimate) -> tuple[Batch, PriorEsti
 
 
 def list_states_without_step_noise(suite: Suite) -> Ints:
-    """Return the indices of all states except the step noise, as an array.
+    """Return the indices of all states except the step noise.
 
     Parameters
     ----------
@@ -127,8 +124,7 @@ def list_states_without_step_noise(suite: Suite) -> Ints:
 
 
 def correlate_step_noise(suite: Suite, stochastic: Ints, durations: Floats, Q: Floats) -> None:
-    """Write the variance of the step noise and its correlation with the attitude to the process
-    noise covariances, in place.
+    """Write the step noise variance and its covariance with the attitude to Q, in place.
 
     Both follow from the process noise of the attitude. Without step noise in the suite, the
     covariances are unchanged.

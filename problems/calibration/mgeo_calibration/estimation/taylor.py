@@ -19,8 +19,8 @@ Term = tuple[int, ...]
 
 
 class TaylorPolynomial:
-    """Vector-valued Taylor polynomial of second order in the errors of an estimate, with
-    coefficients for each of r filter runs.
+    """Second-order Taylor polynomial of a vector in the estimation errors, for r filter runs at
+    once.
 
     A sensor model treats the polynomial as an array of shape (r, d). The error 3-vectors are
     numbered. A term (i, j) is bilinear in the error 3-vectors i and j.
@@ -40,15 +40,14 @@ class TaylorPolynomial:
         self.terms = terms
 
     def map(self, linear: Callable[[Floats], Floats]) -> TaylorPolynomial:
-        """Return a new polynomial with a linear function applied along the first axis of each
-        coefficient array.
+        """Apply a linear function along the first axis of each coefficient array, and return the
+        new polynomial.
         """
         return type(self)({term: linear(part) for term, part in self.terms.items()})
 
     @classmethod
     def from_value(cls, value: Any) -> TaylorPolynomial:
-        """Return a constant polynomial with the given value: a number, or an array of shape (d,) or
-        (r, d).
+        """Convert a number or an array of shape (d,) or (r, d) to a constant polynomial.
 
         A polynomial is returned unchanged.
         """
@@ -126,8 +125,7 @@ def _multiply_terms(p: Floats, q: Floats) -> Floats:
 def add_error(
     vector: Floats, number: int, kind: type[TaylorPolynomial] = TaylorPolynomial
 ) -> TaylorPolynomial:
-    """Return the sum of a vector and an unknown error 3-vector, as a Taylor polynomial in the
-    error.
+    """Add an unknown error to a 3-vector, and return the sum as a Taylor polynomial in the error.
 
     Parameters
     ----------
@@ -152,7 +150,7 @@ def build_rotation_with_error(
     sign: float = 1.0,
     kind: type[TaylorPolynomial] = TaylorPolynomial,
 ) -> Callable[[Any], TaylorPolynomial]:
-    """Return a function that rotates a vector by an inexact rotation and returns the result as a
+    """Return a function that rotates a vector by an uncertain rotation. The rotated vector is a
     Taylor polynomial in the rotation error.
 
     The function computes R R(±e) v. R(g) v is expanded to second order: v + g × v + ½ g × (g × v)

@@ -37,8 +37,7 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class Partition:
-    """Indices of the stochastic states, which are driven by process noise, and of the constant
-    states.
+    """Division of the states into stochastic states, which have process noise, and constant states.
 
     Attributes
     ----------
@@ -54,16 +53,16 @@ class Partition:
 
     @classmethod
     def from_suite(cls, suite: Suite) -> Partition:
-        """Return the partition of the states of a suite. States with a positive process noise
-        density are stochastic, all others are constant.
+        """Divide the states of a suite: states with a positive process noise density are
+        stochastic, all others are constant.
         """
         driven = np.flatnonzero(suite.compute_noise_density() > 0.0)
         return cls(driven, np.setdiff1d(np.arange(suite.n_states), driven))
 
 
 def split_into_spans(n_samples: int) -> Iterator[tuple[int, int, int]]:
-    """Divide samples into consecutive spans, and yield for each span its bounds `low` and `high`
-    and the position `first` of its first new sample.
+    """Divide samples into consecutive spans that share one sample, and yield the bounds of each
+    span.
 
     A span contains the samples low to high - 1, at most `SPAN_LENGTH` + 1. It starts with the last
     sample of the previous span, so that the step between the spans is included. `first` is the
@@ -95,8 +94,7 @@ def correct_trajectory(
     suite: Suite,
     fraction: float = 1.0,
 ) -> Trajectory:
-    """Return a copy of a trajectory, corrected by a fraction of the estimated errors of attitude
-    and states.
+    """Return a copy of a trajectory, corrected by a fraction of the estimated errors.
 
     The errors of the attitude and of the rotation states (misalignments) are vectors g, twice the
     Gibbs vector. `rotation_matrix(g)` multiplies the rotation from the right. The rotation states
@@ -148,7 +146,7 @@ MAX_SPAN_MEMORY = 1e9
 
 
 def compute_sample_memory(suite: Suite, partition: Partition) -> int:
-    """Return the memory that the smoother needs for each sample of a batch [bytes].
+    """Return the memory that the smoother needs per sample [bytes].
 
     The memory is that of the arrays of a `smoother.Span`: process and measurement equations, filter
     estimates and processed readings. It depends on the numbers of stochastic and constant states,

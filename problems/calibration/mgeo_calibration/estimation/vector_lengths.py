@@ -22,8 +22,7 @@ _SIGMA_PER_MAD = 1.4826
 
 
 def find_outlying_lengths(batch: Batch) -> Bools:
-    """Return a boolean array that is True where the length of a measured vector is an outlier,
-    shape (s, N).
+    """Return a boolean mask of the readings whose vector length is an outlier, shape (s, N).
 
     The length relative to the modeled length is compared with the median of the same sensor,
     because a bias changes all lengths equally, or by less than the scatter of the lengths. Only
@@ -51,8 +50,7 @@ def find_outlying_lengths(batch: Batch) -> Bools:
 
 
 def validate_vector_lengths(batch: Batch) -> None:
-    """Raise ValueError if a Sun sensor that should report three noisy components reports normalized
-    vectors.
+    """Raise ValueError if a Sun sensor declared with three noisy components reports unit vectors.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from mgeo_calibration.estimation.kernels import algebra, signatures
 
 @cache
 def load_compiled_module(name: str) -> ModuleType:
-    """Return the compiled version of the named module of this package. The result is cached."""
+    """Load the compiled version of a module in this package. The result is cached."""
     source = resources.files(__package__).joinpath(f"{name}.py").read_text(encoding="utf-8")
     ingredients = [algebra, signatures, discretization, polynomials]
     return load_module("smoother", source, ingredients, name.replace("_", " "))

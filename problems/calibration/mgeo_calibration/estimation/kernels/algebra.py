@@ -17,8 +17,8 @@ MIN_SQUARED_NORM = 1e-200
 
 @reorderable
 def compute_dot_products(A, i, B, j, low, high):
-    """Return the dot products of rows i to i + 2 of A with rows j to j + 2 of B over the columns
-    `low` to `high` - 1, as a 3 x 3 nested tuple.
+    """Return the dot products of three rows of A with three rows of B, over the columns `low` to
+    `high` - 1. The rows start at i and j.
     """
     a = b = c = d = e = f = g = h = o = 0.0
     for m in range(low, high):
@@ -55,8 +55,7 @@ def solve_squared_norm(L, y, n):
 
 @reorderable
 def reduce_equations(A, R, workspace):
-    """Add new equations to a triangular least-squares system R by Householder reflections, in
-    place.
+    """Add equations to a triangular least-squares system R in place, using Householder reflections.
 
     A contains the new equations, one equation per column and one unknown per row, so that the inner
     loops vectorize over the equations. All reflections are computed first and then applied to the
@@ -97,9 +96,7 @@ def apply_reflection(A, R, workspace, j, m):
 
 @reorderable
 def accumulate_gram(A, q, gram):
-    """Add the dot products of all pairs of rows of A, except the first q rows, to the upper
-    triangle of `gram`.
-    """
+    """Add the Gram matrix of all rows of A after the first q to the upper triangle of `gram`."""
     n, rows = len(A) - q, A.shape[1]
     n_blocked = n - n % 3
     for j in range(0, n_blocked, 3):

@@ -65,7 +65,9 @@ def write_block(sums, out, i, j):
 
 @helper
 def factor_semidefinite(A, L, d):
-    """Write the Cholesky factor of A, which may be singular, to the lower triangle of L."""
+    """Write the Cholesky factor of a positive semidefinite matrix A to the lower triangle of L. A
+    may be singular.
+    """
     for i in range(0, d, 3):
         for j in range(0, i + 1, 3):
             sums = compute_dot_products(L, i, L, j, 0, j)
@@ -87,7 +89,9 @@ def factor_semidefinite(A, L, d):
 
 @helper
 def divide_block(X, i, j, L):
-    """Multiply block (i, j) of X by the transposed inverse of the 3 x 3 diagonal block j of L."""
+    """Multiply the 3 x 3 block of X at (i, j) by the inverse transpose of the diagonal block of L
+    at j.
+    """
     for b in range(3):
         f = 1.0 / L[j + b, j + b] if L[j + b, j + b] > 0.0 else 0.0
         for a in range(3):
@@ -99,8 +103,7 @@ def divide_block(X, i, j, L):
 
 @helper
 def multiply_transposed(F, k, A, out):
-    """Multiply the matrix A by the transposed transition matrix of step k, and write the product to
-    `out`.
+    """Write Fᵀ A to `out`, where F is the transition matrix of step k.
 
     F is diagonal from the fourth row on.
     """
@@ -121,8 +124,8 @@ def multiply_transposed(F, k, A, out):
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
 def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_new, adjoint, e):
-    """Write the smoothed errors of the stochastic states to `e`, backward in time from the last
-    sample to sample `first_new`.
+    """Run the smoother backward over the samples of a span, and write the errors of the stochastic
+    states to `e`.
 
     Parameters
     ----------
@@ -203,9 +206,8 @@ def smooth_covariances(
     conditional_covariance,
     derivative,
 ):
-    """Write to the output arrays the smoothed covariance of the stochastic states, conditional on
-    the errors c that are common to all samples, and the derivative of the smoothed errors with
-    respect to c.
+    """Compute the smoothed covariance of the stochastic states for given common errors c, and the
+    derivative of the smoothed errors with respect to c.
 
     The vector c contains the errors at the first sample and of the constant states. The covariance
     combines the filter covariance with the information of all later readings, which is propagated

@@ -7,8 +7,8 @@ from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 @compile_cached("void(float64[:,:,::1], float64[:,:,::1])")
 def accumulate_rotations(step_rotations, R):
-    """Fill R with the rotation matrices from the body frame at each sample to the body frame at the
-    first sample, by accumulating the rotations of the steps.
+    """Accumulate the rotations of the steps. R receives the rotation matrices from the body frame
+    at each sample to the body frame at the first sample.
 
     R[0] is the identity, and R[k + 1] = R[k] step_rotations[k]ᵀ.
 
@@ -38,7 +38,7 @@ def accumulate_rotations(step_rotations, R):
     "float64[:,:,::1], float64[:,:,::1])"
 )
 def discretize_steps(decay, densities, rate_derivatives, rates, durations, F, Q):
-    """Write the transition matrices of n steps to F and the process noise covariances to Q.
+    """Write the transition matrices and process noise covariances of n steps to F and Q.
 
     The result equals that of `filter.discretization.discretize` for each step; see equation (8) of
     docs/explanation/models-and-filter.md.

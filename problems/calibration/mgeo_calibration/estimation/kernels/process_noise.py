@@ -7,8 +7,8 @@ from mgeo_attitude.filter.discretization import discretize
 
 @compile_cached("void(float64, float64[::1], float64[:,::1], float64[::1], float64[:,:,::1])")
 def compute_process_noise(decay, density, rates, durations, Q):
-    """Write the process noise covariances of n steps to Q, for a gyro with different noise about
-    each axis.
+    """Write the process noise covariances of n steps to Q, for gyro noise that differs between
+    axes.
 
     Equation (8) of docs/explanation/models-and-filter.md gives the covariance. Q is not a
     polynomial in the rate, unlike in `kinematics.discretize_steps`.

@@ -25,8 +25,8 @@ def multiply_by_triangle(A, root, out):
 
 @helper
 def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, workspace):
-    """Update the estimate of the common errors c and the square root of their covariance by one
-    reading, with Potter's algorithm, in place.
+    """Update the estimate of the common errors c and its covariance root in place by one reading,
+    using Potter's algorithm.
 
     A component with derivative w changes the root S to S (I - β φᵀ φ) with φ = w S. The vectors φ
     of all three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first
@@ -88,8 +88,8 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
 
 @helper
 def write_estimates(k, estimates, root, common_errors, spread, errors, covariances):
-    """Write the estimates of the leading state errors at sample k and their covariance to `errors`
-    and `covariances`.
+    """Write the estimated leading state errors at sample k and their covariance to the output
+    arrays.
 
     The errors are x + T c; `spread` is a work array.
     """
@@ -113,7 +113,9 @@ def write_estimates(k, estimates, root, common_errors, spread, errors, covarianc
 
 @helper
 def dot_rows(A, i, n):
-    """Return the dot product of rows i and n of A, whose length is a multiple of three."""
+    """Return the dot product of rows i and n of A. The number of columns must be a multiple of
+    three.
+    """
     s0 = s1 = s2 = 0.0
     for j in range(0, A.shape[1], 3):
         s0 += A[i, j] * A[n, j]
@@ -142,8 +144,8 @@ def compute_residuals(
     normalized_squares,
     sigma,
 ):
-    """Write the residual of each reading after smoothing, and the squared residual normalized by
-    its covariance, to the output arrays.
+    """Compute the residuals after smoothing, their normalized squares and the 1-sigma of the
+    smoothed attitude.
 
     A reading that the smoother has not used is compared with an independent prediction.
 
@@ -235,8 +237,8 @@ def compute_innovations(
     errors,
     covariances,
 ):
-    """Run the Kalman filter over the samples of a span, and write whitened innovations, estimates
-    and covariances to the output arrays.
+    """Run the Kalman filter over the samples of a span, and compute whitened innovations, estimates
+    and covariances.
 
     The filter for a given c is extended to the joint estimate of e and c. The update of the
     covariance of c is Potter's square root, one component of a whitened reading at a time (G. J.

@@ -21,8 +21,8 @@ from mgeo_calibration.estimation.kernels.signatures import READINGS
 
 @helper
 def predict(F, k, attitude_changes, attitude_coefficients, T, workspace):
-    """Propagate T, the derivatives of the stochastic states with respect to the model error
-    coefficients, over step k, in place.
+    """Propagate T, the sensitivities of the stochastic states to the model error coefficients, over
+    step k in place.
 
     F is diagonal from the fourth row on.
     """
@@ -79,8 +79,8 @@ def compute_sensitivities(
     R,
     gram,
 ):
-    """Propagate the derivatives of states and innovations with respect to m model error
-    coefficients over the samples of a span, and update T, R and `gram` in place.
+    """Propagate the sensitivities of states and innovations to m model error coefficients over a
+    span. T, R and `gram` are updated in place.
 
     Parameters
     ----------

@@ -78,8 +78,8 @@ def predict(process, k, x, T, P, workspace):
 
 @helper
 def update(measurements, s, k, constant_factors, estimates, readings, workspace):
-    """Update the filter estimate by one reading in place, and store the whitened measurement
-    equations of the reading for the smoother.
+    """Update the filter estimate in place by one reading, and store the whitened reading for the
+    smoother.
 
     With V = H P Hᵀ + R = L Lᵀ, Hw is L⁻¹ H, K is L⁻¹ H P, and w - W c is the whitened innovation.
     """
@@ -155,7 +155,7 @@ def update(measurements, s, k, constant_factors, estimates, readings, workspace)
 
 @helper
 def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
-    """Update the covariance P by one reading with Joseph's form, in place.
+    """Update the covariance P in place by one reading, using Joseph's form.
 
     P becomes (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K.
     """
@@ -193,8 +193,8 @@ def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
 
 @helper
 def compute_step_cost(Q, defect, k, L, y):
-    """Return the contribution of step k to the cost: the squared defect, normalized by the process
-    noise covariance Q.
+    """Return the cost of step k, which is its squared defect normalized by the process noise
+    covariance Q.
 
     L and y are work arrays.
     """
@@ -214,8 +214,8 @@ def compute_step_cost(Q, defect, k, L, y):
 def run_filter(
     process, is_used, measurements, constant_factors, estimates, readings, first_new, cost
 ):
-    """Run the forward filter over the samples of a span and return the accumulated cost: the sum of
-    squares of the normalized residuals of steps and readings.
+    """Run the forward filter over the samples of a span, and return the accumulated sum of squared
+    normalized residuals.
 
     Parameters
     ----------
@@ -255,8 +255,8 @@ def run_filter(
 
 @compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def reduce_readings(is_used, readings, first_new, R):
-    """Add the whitened readings of a span to the triangular least-squares system R for the errors c
-    that are common to all samples, in place.
+    """Add the whitened readings of a span to the triangular least-squares system R in place. The
+    unknowns are the errors c that all samples share.
 
     `BLOCK_LENGTH` rows are reduced at a time.
 
