@@ -20,8 +20,7 @@ from mgeo_calibration.telemetry.mapping import GyroChannels
 
 
 class AssumedAttitude(NamedTuple):
-    """Assumed attitude of a satellite without a gyro at n samples, with the statistics of the
-    pointing error about this attitude.
+    """Assumed attitude of a satellite without a gyro at n samples, and its random pointing error.
 
     The true attitude is ``attitude @ rotation_matrix(e)`` for a pointing error e.
 
@@ -39,8 +38,8 @@ class AssumedAttitude(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AttitudeHold:
-    """Attitude law of a satellite without a gyro: the body stays aligned with reference axes, up to
-    a random pointing error.
+    """Attitude law of a satellite without a gyro. The body follows reference axes with a random
+    pointing error.
 
     Attributes
     ----------
@@ -58,8 +57,8 @@ class AttitudeHold:
 
     @staticmethod
     def from_channels(gyro: GyroChannels) -> AttitudeHold | None:
-        """Return the attitude hold that a mapping declares under ``gyro``, or None without a
-        declared pointing error.
+        """Build an attitude hold from the gyro section of a mapping. Return None if the mapping
+        declares no pointing error.
         """
         sigma, time = gyro.pointing_error_deg, gyro.pointing_correlation_time
         if sigma is None or time is None:
@@ -73,8 +72,8 @@ class AttitudeHold:
     def compute_attitude(
         self, scenario: Scenario, times: Floats, position: Floats | None
     ) -> AssumedAttitude:
-        """Return the assumed attitude at the given times: the attitude of the reference axes,
-        followed by the declared constant rotation to the body frame.
+        """Compute the assumed attitude at the given times from the reference axes and the declared
+        rotation to the body.
 
         Parameters
         ----------
@@ -86,8 +85,8 @@ class AttitudeHold:
 
 
 def compute_assumed_rates(axes: str, scenario: Scenario, times: Floats) -> Floats:
-    """Return the angular rate of the reference axes, LVLH or inertial, at the given times. It is
-    the assumed body rate of a satellite without a gyro.
+    """Return the assumed body rate of a satellite without a gyro, which is the rate of its
+    reference axes.
 
     LVLH has x forward, y against the orbit normal and z down. It rotates at the rate ``|r × v| /
     r²`` about -y.

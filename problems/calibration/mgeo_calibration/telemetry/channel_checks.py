@@ -22,7 +22,7 @@ _MAX_CLIPPING_GAP = 0.05
 
 
 def find_constant_channels(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each gyro or sensor with a channel whose value never changes."""
+    """Yield a finding for each gyro or sensor that has a channel with a constant value."""
     for name, (columns, rows) in samples.columns.items():
         indices = np.flatnonzero(np.isfinite(rows).all(axis=1))
         result = rows[indices]
@@ -41,8 +41,8 @@ def find_constant_channels(samples: Samples) -> Iterator[Finding]:
 
 
 def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each gyro axis whose rate exceeds the declared range, or stays at its
-    extreme value for many consecutive samples.
+    """Yield a finding for each gyro axis that reaches its declared range or stays at an extreme
+    rate.
     """
     if "gyro" not in samples.columns:
         return
@@ -72,9 +72,7 @@ def find_saturated_rates(samples: Samples) -> Iterator[Finding]:
 
 
 def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each gyro or sensor that reports every sample several times, or whose
-    readings freeze for a while.
-    """
+    """Yield a finding for each gyro or sensor that repeats every sample or freezes for a while."""
     for name, _, indices, rows in _select_readings(samples):
         lengths, starts = _find_runs((np.diff(rows, axis=0) == 0.0).all(axis=1))
         if not len(lengths):
@@ -93,8 +91,8 @@ def find_repeated_samples(samples: Samples) -> Iterator[Finding]:
 
 
 def find_repeated_numbers(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each channel in which one value occurs far more often than all others,
-    such as a fill value or a clipping limit.
+    """Yield a finding for each channel in which one value is unusually frequent, such as a fill
+    value or a clipping limit.
     """
     for _, columns, indices, rows in _select_readings(samples):
         for column, values in zip(columns, rows.T, strict=True):
@@ -126,8 +124,6 @@ def _select_readings(samples: Samples) -> Iterator[tuple[str, list[str], Ints, F
 
 
 def _find_runs(mask: np.ndarray) -> tuple[Ints, Ints]:
-    """Return the lengths and the first indices of all runs of True in a boolean array, as two
-    arrays.
-    """
+    """Return the lengths and start indices of the runs of True in a boolean array."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     return edges[1::2] - edges[::2], edges[::2]

@@ -13,8 +13,8 @@ from mgeo_calibration.telemetry.telemetry import Telemetry
 
 
 class Check(NamedTuple):
-    """Telemetry check: its name, the function that yields its findings, and whether a finding
-    prevents the telemetry from being read.
+    """Telemetry check that yields findings. A finding of a fatal check prevents the telemetry from
+    being read.
     """
 
     name: str
@@ -43,8 +43,8 @@ def reject_findings(samples: Samples) -> None:
 
 
 def describe_findings(scenario: Scenario, telemetry: Telemetry) -> dict[str, tuple[str, ...]]:
-    """Run all telemetry checks against declared conventions and physical limits. Return a dict from
-    the name of each check to its findings, one line of text each.
+    """Run all telemetry checks. Return the findings of each check as lines of text, keyed by check
+    name.
     """
     samples = Samples.from_telemetry(scenario, telemetry)
     return {check.name: tuple(map(str, check.find(samples))) for check in CHECKS}

@@ -25,8 +25,8 @@ T = TypeVar("T", bound=Channels)
 
 @dataclass(frozen=True)
 class Column:
-    """Column of a telemetry table: its index, the sign of its values (-1 if the mapping negates
-    them) and the unit in its name.
+    """Index, sign and unit of a column in a telemetry table. The sign is -1 if the mapping negates
+    the values.
     """
 
     index: int
@@ -41,7 +41,7 @@ def has_columns(frame: pd.DataFrame, required: Sequence[str]) -> bool:
 
 
 def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Column]:
-    """Find all required columns of a table by name. Return a dict from the required name to the
+    """Find the required columns of a table. Return a dict that maps each required name to its
     column.
 
     Names are compared without case and without a unit in brackets. A minus before a required name
@@ -79,9 +79,7 @@ def find_columns(frame: pd.DataFrame, required: Sequence[str]) -> dict[str, Colu
 
 
 def split_name_and_unit(name: object) -> tuple[str, str]:
-    """Split a column name such as ``gyro_x [deg/s]`` into the name and the unit in trailing
-    brackets.
-    """
+    """Split a column name such as ``gyro_x [deg/s]`` into name and unit."""
     text = str(name).strip()
     parts = _NAME_AND_UNIT.fullmatch(text)
     return (parts[1].strip(), parts[2].strip()) if parts else (text, "")
@@ -92,8 +90,8 @@ def _normalize_name(name: object) -> str:
 
 
 def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
-    """Add the unit in the column names of a quantity to its declaration, and return the new
-    declaration. A unit that is already declared takes precedence.
+    """Return a declaration that includes the unit in the column names. A declared unit takes
+    precedence.
 
     Raises
     ------
@@ -110,16 +108,14 @@ def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
 
 
 def normalize_unit(unit: str) -> str:
-    """Return a unit in the spelling of `mapping.UNITS`, for example ``deg/s`` for ``°/s`` or
-    ``dps``.
-    """
+    """Normalize the spelling of a unit. For example, ``°/s`` and ``dps`` become ``deg/s``."""
     for sign, known in _SPELLINGS.items():
         unit = unit.replace(sign, known)
     return _SYNONYMS.get(unit, unit)
 
 
 def parse_numbers(column: pd.Series) -> Floats:
-    """Return a column of table cells as floats, with NaN for empty cells.
+    """Convert the cells of a column to floats. Empty cells become NaN.
 
     Raises
     ------
@@ -140,8 +136,8 @@ def parse_numbers(column: pd.Series) -> Floats:
 
 
 def find_channel(columns: Iterable[str], name: str) -> str | None:
-    """Return the first column name that matches the name of a channel, ignoring case and unit, or
-    None without a match.
+    """Return the first column name that matches a channel name, ignoring case and unit. Return None
+    if there is no match.
     """
     return next((each for each in columns if _normalize_name(each) == _normalize_name(name)), None)
 
@@ -149,8 +145,8 @@ def find_channel(columns: Iterable[str], name: str) -> str | None:
 def find_sensitivity_channels(
     suite: Suite, housekeeping: Mapping[str, Floats]
 ) -> dict[str, Floats]:
-    """Return the housekeeping channels that the bias sensitivities of a suite refer to, as a dict
-    of arrays by channel name.
+    """Return the housekeeping channels that the bias sensitivities of a suite require, keyed by
+    channel name.
 
     Raises
     ------
@@ -179,8 +175,8 @@ def find_sensitivity_channels(
 def select_housekeeping(
     frame: pd.DataFrame, used_indices: Collection[int], required: Collection[str] = ()
 ) -> dict[str, Floats]:
-    """Return the remaining numeric columns of a table, which neither gyro, sensors nor position
-    use, as a dict of arrays by column name.
+    """Return the numeric columns of a table that contain no gyro, sensor or position data, keyed by
+    name.
 
     A column must vary and be mostly filled. A required column needs only one value.
     """

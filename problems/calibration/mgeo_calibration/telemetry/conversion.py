@@ -30,7 +30,7 @@ def convert_readings(
     position: Floats | None,
 ) -> tuple[Floats, Floats]:
     """Convert the raw readings of a sensor to the body frame and to telemetry units. Return the
-    readings and the quantization step of each channel.
+    readings and their quantization steps.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def convert_readings(
 
 
 def rotate_to_body(rows: Floats, entry: MountedChannels) -> Floats:
-    """Rotate vectors in place from sensor axes to body axes by the declared mounting, and return
-    the array.
+    """Rotate vectors from sensor axes to body axes in place, using the declared mounting, and
+    return the array.
     """
     if entry.is_mounted:
         reported = np.isfinite(rows).all(axis=1)
@@ -83,8 +83,8 @@ def rotate_to_body(rows: Floats, entry: MountedChannels) -> Floats:
 
 
 def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Floats:
-    """Return the quantization step along each body axis: the root sum square of the contributions
-    of all sensor axes.
+    """Return the quantization step along each body axis, as the root sum square over the sensor
+    axes.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def compute_body_steps(rows: Floats, entry: MountedChannels, unit: str) -> Float
 
 
 def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple[Floats, Floats]:
-    """Convert the raw readings of a photodiode, which are cosines or angles of incidence, to
-    cosines. Return the cosines and their quantization step.
+    """Convert the raw readings of a photodiode, cosines or angles of incidence, to cosines. Return
+    the cosines and their quantization step.
 
     For angles the step in radians is returned, which is an upper bound of the step of the cosine.
     """
@@ -119,8 +119,8 @@ def _convert_diode(sensor: Sensor, rows: Floats, entry: SensorChannels) -> tuple
 
 
 def _convert_angles(sensor: Sensor, values: ColumnValues, table: TelemetryTable) -> Floats:
-    """Return unit vectors in the body frame from two columns of angles, atan(x / z) and atan(y / z)
-    in sensor axes.
+    """Convert the angles atan(x / z) and atan(y / z) in sensor axes to unit vectors in the body
+    frame.
     """
     entry = values.entry
     assert isinstance(entry, SensorChannels)
@@ -144,9 +144,7 @@ def _convert_attitudes(
     scenario: Scenario,
     position: Floats | None,
 ) -> Floats:
-    """Return the readings of a star tracker as quaternions from GCRF to body, scalar last. The
-    readings may have any declared reference frame and direction.
-    """
+    """Convert star tracker readings to scalar-last quaternions from GCRF to body."""
     rows, entry, _ = values
     assert isinstance(entry, SensorChannels)
     entry.compute_factor("-")

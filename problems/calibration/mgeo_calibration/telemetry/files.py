@@ -44,7 +44,7 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def parse_table(text: str) -> pd.DataFrame:
-    """Parse a telemetry table from text with a header line and delimited cells.
+    """Parse a telemetry table from delimited text with a header line.
 
     Cells are separated by semicolons, tabs or commas, depending on the header, otherwise by spaces.
     Decimal commas are accepted unless commas separate cells. Empty lines and lines that start with

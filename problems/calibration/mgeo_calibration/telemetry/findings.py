@@ -14,8 +14,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry, format_place, list_c
 
 
 class Finding(NamedTuple):
-    """Contradiction between telemetry and a declared convention or a physical limit, with its
-    place, the expected value and advice for the user.
+    """Problem reported by a telemetry check, with its place, the expected value and advice.
 
     Attributes
     ----------
@@ -45,8 +44,7 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Input of the telemetry checks: converted telemetry in the body frame, raw columns, and the
-    mapping that declares their meaning.
+    """Input of the telemetry checks: converted telemetry, raw columns and the mapping of the table.
 
     Attributes
     ----------
@@ -65,8 +63,8 @@ class Samples:
 
     @classmethod
     def from_telemetry(cls, scenario: Scenario, telemetry: Telemetry) -> Samples:
-        """Build the input of the telemetry checks from converted telemetry, whose raw columns are
-        no longer available. The samples in body axes take their place.
+        """Build the input of the telemetry checks without the raw columns. Samples in body axes
+        replace the raw values.
         """
         gyro = {"gyro": telemetry.gyro_deg_s} if telemetry.has_gyro else {}
         rows = gyro | dict(telemetry.sensors)

@@ -22,8 +22,8 @@ _SIGMA_PER_MAD = 1.4826
 
 
 def compute_averaging_durations(sample_times: Floats) -> Floats:
-    """Return the duration over which each gyro sample averages the rate: the time since the
-    previous sample, or the median step if samples are missing before it.
+    """Return the duration over which each gyro sample averages the rate. It is the time since the
+    previous sample, or the median step after a gap.
 
     Parameters
     ----------
@@ -42,8 +42,7 @@ def compute_averaging_durations(sample_times: Floats) -> Floats:
 
 
 def integrate_rates(sample_times: Floats, mean_rates: Floats) -> CubicSpline:
-    """Return the rotation angle about each axis as a cubic spline over time, whose increments match
-    the mean rates of all gyro samples.
+    """Integrate mean gyro rates into a cubic spline of the rotation angle about each axis.
 
     Knots at missing samples have the mean of their neighbors. Derivatives of the spline at its
     knots have fourth-order accuracy in the time between samples.
@@ -102,8 +101,8 @@ def compute_mean_rates(sample_times: Floats, rates: Floats) -> Floats:
 
 
 def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
-    """Return the deviation of isolated spikes in gyro rates from the mean of their neighbors, one
-    row per sample. The rows of all other samples are zero.
+    """Return the size of isolated spikes in gyro rates, relative to the mean of their neighbors.
+    Rows without a spike are zero.
 
     A spike returns after one or two samples, unlike a step of the rate. A spike on one axis is
     reported on all axes.
@@ -140,7 +139,7 @@ def find_spikes(rates: Floats, min_scatter: Floats) -> Floats:
 
 
 def select_gyro_samples(telemetry: Telemetry) -> tuple[Floats, Floats]:
-    """Return the times and the rates of all samples that contain a gyro reading, as two arrays.
+    """Return the times and the rates of all samples with a gyro reading.
 
     Returns
     -------
@@ -161,12 +160,12 @@ def select_gyro_samples(telemetry: Telemetry) -> tuple[Floats, Floats]:
 
 
 def compute_median_step(sample_times: Floats) -> float:
-    """Return the median time between consecutive gyro samples, in seconds."""
+    """Return the median time between gyro samples [s]."""
     return float(np.median(np.diff(sample_times)))
 
 
 def compute_rate_sigma(suite: Suite, duration: float) -> Floats:
-    """Return the 1-sigma of the gyro noise about each axis for a rate that is averaged over a given
+    """Return the 1-sigma noise about each axis of a gyro rate that is averaged over a given
     duration.
 
     Returns
@@ -179,8 +178,8 @@ def compute_rate_sigma(suite: Suite, duration: float) -> Floats:
 
 
 def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
-    """Return the deviation of isolated spikes in the gyro telemetry from the mean of their
-    neighbors, one row per gyro sample. The rows of all other samples are zero.
+    """Return the size of isolated spikes in the gyro telemetry, relative to the mean of their
+    neighbors. Rows without a spike are zero.
 
     Returns
     -------
@@ -195,8 +194,8 @@ def find_gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
 def compute_step_rates(
     times: Floats, sample_times: Floats, rates: Floats, median_step: float
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return the mean body rate in each given time step, interpolated from gyro samples. Return
-    also the change of the rate in the step and the uncertainty due to missing samples.
+    """Interpolate gyro samples to the mean rate and the change of rate in each time step, with the
+    uncertainty due to missing samples.
 
     Within the duration that a sample covers, the rate is the derivative of `integrate_rates`, with
     the sample as its mean. In gaps, the rate is the constant mean of both neighbors.

@@ -60,8 +60,7 @@ def _format_date(value: object) -> object:
 
 
 def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
-    """Return the factor by which values in a given unit are multiplied to obtain a telemetry unit
-    of the same quantity.
+    """Return the factor that converts values from a given unit to a telemetry unit.
 
     Parameters
     ----------
@@ -84,8 +83,7 @@ def compute_conversion_factor(unit: str, given_unit: str | None) -> float:
 
 
 def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
-    """Return quaternions with the scalar as the last component, given quaternions with the scalar
-    in the first or last place.
+    """Convert quaternions to scalar-last order.
 
     Parameters
     ----------
@@ -97,8 +95,7 @@ def convert_to_scalar_last(q: Floats, scalar: str) -> Floats:
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Settings):
-    """Declaration of the columns of one quantity in a telemetry table: names, scale, offset and
-    unit.
+    """Columns of one quantity in a telemetry table, with their scale, offset and unit.
 
     A value is ``scale`` times the raw number plus ``offset``, in ``unit``. A minus before a column
     name changes the sign afterwards, for example for mirrored axes.
@@ -120,8 +117,7 @@ class Channels(Settings):
         expect(np.all(self.scale), "scale", self.scale, "numbers other than zero")
 
     def expand_conversion(self, n: int) -> tuple[Floats, Floats]:
-        """Return the scales and the offsets of n columns, as two arrays with one element per
-        column.
+        """Return the scale and the offset of each of n columns, as two arrays.
 
         Raises
         ------
@@ -136,8 +132,7 @@ class Channels(Settings):
         return np.broadcast_to(self.scale, n), np.broadcast_to(self.offset, n)
 
     def compute_factor(self, unit: str) -> float:
-        """Return the factor that converts the values of these columns to a telemetry unit of the
-        same quantity.
+        """Return the factor that converts the values of these columns to a telemetry unit.
 
         Raises
         ------
@@ -149,7 +144,7 @@ class Channels(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class MountedChannels(Channels):
-    """Declaration of the columns of the gyro or of a sensor, with the mounting rotation between
+    """Columns of the gyro or a sensor in a telemetry table, with the mounting rotation between
     sensor axes and body axes.
 
     A quaternion "from A to B" follows CCSDS 504.0-B: (e sin(φ/2), cos(φ/2)) for the rotation by φ
@@ -186,11 +181,11 @@ class MountedChannels(Channels):
 
     @property
     def is_mounted(self) -> bool:
-        """True if a rotation between sensor axes and body axes is declared."""
+        """True if the mapping declares a rotation between sensor axes and body axes."""
         return self.quaternion is not None or self.dcm is not None
 
     def build_body_rotation(self) -> Rotation:
-        """Return the rotation that converts vector coordinates from sensor axes to body axes."""
+        """Return the rotation that converts vectors from sensor axes to body axes."""
         if self.dcm is not None:
             result = Rotation.from_matrix(self.dcm)
         else:
@@ -204,9 +199,7 @@ class MountedChannels(Channels):
 
 @dataclass(frozen=True, kw_only=True)
 class GyroChannels(MountedChannels):
-    """Declaration of the gyro columns of a telemetry table. For a satellite without a gyro, it
-    declares the reference axes with which the body stays aligned.
-    """
+    """Gyro columns of a telemetry table, or the reference axes of a satellite without a gyro."""
 
     rate: Literal["mean", "instantaneous"] = "mean"
     """whether the columns contain the mean rate since the previous sample, or the rate at the
@@ -260,7 +253,7 @@ class GyroChannels(MountedChannels):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorChannels(MountedChannels):
-    """Declaration of the columns of a sensor, with the direction and the reference frame of star
+    """Columns of a sensor in a telemetry table, with the reference frame and direction of star
     tracker quaternions.
     """
 
@@ -274,7 +267,7 @@ class SensorChannels(MountedChannels):
 
 @dataclass(frozen=True, kw_only=True)
 class PositionChannels(Channels):
-    """Declaration of the columns of the satellite position, with their reference frame."""
+    """Columns of the satellite position in a telemetry table, with their reference frame."""
 
     frame: PositionFrame | None = None
     """reference frame of the positions; default: GCRF, checked against the orbit of the scenario"""
@@ -282,8 +275,8 @@ class PositionChannels(Channels):
 
 @dataclass(frozen=True, kw_only=True)
 class TelemetryMapping(Settings):
-    """Declaration of the conventions of a telemetry table: columns, units, mountings, frames and
-    time scale. The defaults describe the tables that `Telemetry.to_frame` returns.
+    """Conventions of a telemetry table: columns, units, mountings, frames and time scale. The
+    defaults match the tables from `Telemetry.to_frame`.
 
     Examples
     --------
@@ -325,16 +318,16 @@ class TelemetryMapping(Settings):
 
     @property
     def time_scale(self) -> str:
-        """Time scale of the time column: the declared time scale or, if none is declared, the usual
-        time scale of the declared epoch, such as GPS time for the GPS epoch.
+        """Time scale of the time column. Unless declared, it is the usual time scale of the
+        declared epoch.
         """
         named = EPOCHS.get(str(self.time_epoch), (None, "UTC"))[1]
         return self.time_system or named
 
     @property
     def count_start(self) -> datetime | None:
-        """Epoch from which a numeric time column counts, in the time scale of the column. None if
-        the column counts from the epoch of the scenario.
+        """Epoch of a numeric time column, in the time scale of the column. None stands for the
+        epoch of the scenario.
         """
         if not isinstance(self.time_epoch, datetime):
             return EPOCHS[self.time_epoch][0] if self.time_epoch else None
@@ -345,7 +338,7 @@ class TelemetryMapping(Settings):
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:
-        """Read the mapping of a telemetry table from a TOML file.
+        """Read a telemetry mapping from a TOML file.
 
         Raises
         ------

@@ -51,8 +51,8 @@ _MAX_ROTATION = 1.0  # largest rotation between compared vectors [rad]
 
 
 def find_invalid_times(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding if times are far from the epoch or outside the range of the field model, if
-    the time unit appears wrong, or if the samples have a long gap.
+    """Yield a finding for times that are far from the epoch or outside the field model, for a long
+    gap, and for an implausible time unit.
     """
     times, epoch = samples.telemetry.times, samples.scenario.epoch
     start, end = ((limit - epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END))
@@ -79,8 +79,8 @@ def find_invalid_times(samples: Samples) -> Iterator[Finding]:
 
 
 def find_invalid_norms(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each satellite position, and for each vector sensor, with an implausible
-    vector length, which indicates a wrong unit.
+    """Yield a finding for each position or vector sensor whose vector length is implausible and
+    suggests a wrong unit.
     """
     position = samples.telemetry.position
     if position is not None:
@@ -106,8 +106,8 @@ def find_invalid_norms(samples: Samples) -> Iterator[Finding]:
 
 
 def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding if the positions are far from the orbit of the scenario but agree with the
-    orbit in another reference frame or time scale.
+    """Yield a finding if the positions match the scenario's orbit only in another reference frame
+    or time scale.
 
     Positions that deviate from the scenario's orbit by more than `_MIN_ORBIT_DISTANCE` are compared
     with the orbit for each frame and time scale. The finding names the frame or time scale that
@@ -156,8 +156,8 @@ def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
 
 
 def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding for each magnetometer whose field strengths disagree with the field on the
-    orbit for every plausible bias.
+    """Yield a finding for each magnetometer whose field strength contradicts the field model for
+    any plausible bias.
 
     The bias b minimizes the difference between |y - b|² and |B|² (R. Alonso, M. D. Shuster,
     TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451).
@@ -189,8 +189,7 @@ def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
 
 
 def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
-    """Yield a finding if the gyro rates disagree with the rotation of the vectors that the sensors
-    measure.
+    """Yield a finding if the gyro rates disagree with the rotation of the measured vectors.
 
     Vectors are compared over the longest lag with a rotation below `_MAX_ROTATION`.
     """
@@ -228,9 +227,7 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
 
 
 def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Floats]]:
-    """Yield each vector sensor with sample indices, measured vectors and expected vector
-    lengths.
-    """
+    """Yield each vector sensor with its sample indices, measured vectors and expected lengths."""
     telemetry = samples.telemetry
     for sensor in samples.scenario.sensors:
         k = _select_samples(telemetry.sensors.get(sensor.name, np.empty((0, 3))))
@@ -250,9 +247,7 @@ def _select_vectors(samples: Samples) -> Iterator[tuple[Sensor, Ints, Floats, Fl
 
 
 def _select_samples(rows: Floats) -> Ints:
-    """Return the indices of at most `_MAX_SAMPLES` rows without NaN, evenly distributed over the
-    data.
-    """
+    """Select at most `_MAX_SAMPLES` evenly spaced rows without NaN, and return their indices."""
     k = np.flatnonzero(np.isfinite(rows[:, 0]))
     if len(k) <= _MAX_SAMPLES:
         return k

@@ -22,8 +22,8 @@ MIN_VARIANCE_RATIO = 1e-2
 
 
 def estimate_quantization_steps(values: Floats) -> Floats:
-    """Estimate the quantization step of each channel from its samples. The step is zero for a
-    channel without quantization.
+    """Estimate the quantization step of each channel from its samples. Channels without
+    quantization have a step of zero.
 
     A channel with few distinct values does not determine its step and has the finest step of the
     other channels.
@@ -44,8 +44,8 @@ def estimate_quantization_steps(values: Floats) -> Floats:
 
 
 def _estimate_step(channel: Floats) -> float:
-    """Return the quantization step of a channel: zero if its values are not quantized, NaN if it
-    has too few distinct values.
+    """Estimate the quantization step of one channel. Return zero without quantization, and NaN if
+    there are too few distinct values.
     """
     apart = np.diff(np.sort(channel))
     # The quantile ignores outliers.
@@ -61,9 +61,7 @@ def _estimate_step(channel: Floats) -> float:
 
 
 def is_quantization_relevant(step: Floats, sigma: Floats) -> Bools:
-    """Return a boolean array, True for each axis whose quantization error has a variance that is
-    not negligible compared with the noise variance.
-    """
+    """Return True for each axis on which quantization adds noticeably to the noise variance."""
     result: Bools = step**2 / 12.0 >= MIN_VARIANCE_RATIO * np.square(sigma)
     return result
 
@@ -71,8 +69,8 @@ def is_quantization_relevant(step: Floats, sigma: Floats) -> Bools:
 def compute_angle_variance_rate(
     rates: Floats, duration: float, step: Floats, sigma: Floats
 ) -> Floats:
-    """Return, for each sample and axis, the rate at which the quantization of gyro rates increases
-    the variance of the integrated angle.
+    """Return how fast quantization of the gyro rates increases the variance of the integrated
+    angle, for each sample and axis.
 
     The error of a rounded value has the variance step² / 12. Noise over several steps makes the
     error white. With less noise, part of the error is constant while the rate stays within about
@@ -109,8 +107,8 @@ def compute_angle_variance_rate(
 
 
 def _measure_stretches(counts: Floats, levels: int) -> Floats:
-    """Divide rounded values into stretches whose values differ by at most `levels` quantization
-    steps. Return, for each sample, the length of its stretch in samples.
+    """Divide rounded values into stretches that span at most `levels` quantization steps. Return
+    the length of the stretch of each sample.
     """
     ends, low, high = [], counts[0], counts[0]
     for k, count in enumerate(counts.tolist()):

@@ -31,8 +31,8 @@ def read_telemetry(
     scenario: Scenario,
     mapping: TelemetryMapping | None = None,
 ) -> Telemetry:
-    """Read telemetry of gyro, sensors and position from a table or file, convert it to the body
-    frame, and reject implausible data.
+    """Read telemetry from a table or file, convert it to the body frame and reject implausible
+    data.
 
     Rows may be unordered. Rows with equal times are merged, so that sensors may have separate rows.
     Missing samples are empty cells; a zero vector or quaternion counts as missing. Other numeric
@@ -127,9 +127,7 @@ def _build_telemetry(
 def _convert_rates(
     times: Floats, values: ColumnValues, gyro: GyroChannels, scenario: Scenario
 ) -> tuple[Floats, Floats]:
-    """Return the mean rates about the body axes in degrees per second, and the quantization step of
-    each axis.
-    """
+    """Return the mean body rates [deg/s] and the quantization step of each axis."""
     rows, entry, _ = values
     assert isinstance(entry, GyroChannels)
     if gyro.reference_axes:

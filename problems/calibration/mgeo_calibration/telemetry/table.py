@@ -26,8 +26,8 @@ from mgeo_calibration.telemetry.times import convert_times
 
 
 class ColumnValues(NamedTuple):
-    """Raw values of the gyro, the position or a sensor in a telemetry table, with the names of
-    their columns and the declared conversion.
+    """Raw values of the gyro, the position or one sensor, with column names and declared
+    conversion.
     """
 
     rows: Floats
@@ -62,8 +62,8 @@ class TelemetryTable(NamedTuple):
 def read_values(
     frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping
 ) -> TelemetryTable:
-    """Read the raw values of gyro, sensors, position and housekeeping channels from a table. Rows
-    are sorted by time, and rows with equal times are merged.
+    """Read the raw values of a telemetry table. Rows are sorted by time, and rows with equal times
+    are merged.
 
     Raises
     ------
@@ -131,8 +131,8 @@ def _collect_entries(
 
 @contextmanager
 def prefix_errors(name: str) -> Iterator[None]:
-    """Context manager that reraises an InvalidValue with the name of the gyro, sensor or position
-    in front of its key.
+    """Context manager that adds the name of a gyro, sensor or position to the key of an
+    InvalidValue.
     """
     try:
         yield
@@ -151,7 +151,8 @@ def _list_columns(
 
 
 def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats, Floats]:
-    """Return the distinct times in increasing order, and an array with one row of values per time.
+    """Merge the rows with equal times. Return the times in increasing order and one row of values
+    per time.
 
     Raises
     ------
@@ -174,7 +175,7 @@ def _merge_rows(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Flo
 
 
 def _merge_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return housekeeping channels at the distinct times in increasing order, with missing values
+    """Return housekeeping channels at the distinct times in increasing order. Missing values are
     interpolated linearly.
     """
     order, at = np.argsort(times, kind="stable"), np.unique(times)

@@ -45,7 +45,7 @@ class Truth:
     wheel_momentum: Floats | None = None
 
     def truncate(self, n: int) -> Truth:
-        """Return a copy that contains only the first n samples."""
+        """Return a copy with only the first n samples."""
         wheels = self.wheel_momentum
         return Truth(
             attitude=self.attitude[:n],
@@ -56,8 +56,7 @@ class Truth:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Telemetry:
-    """Samples of gyro, sensors and housekeeping channels at n times. Missing samples are rows of
-    NaN.
+    """Samples of gyro, sensors and housekeeping channels at n times. Missing samples are NaN.
 
     Attributes
     ----------
@@ -141,8 +140,8 @@ class Telemetry:
         object.__setattr__(self, "housekeeping", housekeeping)
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the telemetry as a table with the column ``time`` and one column per component of
-        the gyro, the sensors, the position and the housekeeping channels.
+        """Convert the telemetry to a table with the column ``time`` and one column per
+        component.
         """
         columns = {"time": self.times} | _build_columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
@@ -155,8 +154,8 @@ class Telemetry:
         return pd.DataFrame(columns)
 
     def find_quantization_steps(self, name: str) -> Floats:
-        """Return the quantization step of each channel of the gyro or of a sensor. Steps that are
-        not declared are estimated from the samples; zero means no quantization.
+        """Return the quantization step of each channel of the gyro or a sensor. Undeclared steps
+        are estimated from the samples.
         """
         return self._effective_steps[name]
 
@@ -170,7 +169,7 @@ class Telemetry:
         }
 
     def truncate(self, time: float) -> Telemetry:
-        """Return a copy without the samples after a given time in seconds.
+        """Return a copy that ends at a given time [s].
 
         Raises
         ------
@@ -195,7 +194,7 @@ class Telemetry:
         )
 
     def to_csv(self, path: Path | str) -> None:
-        """Write the telemetry to a CSV file in which floats keep full precision.
+        """Write the telemetry to a CSV file with full floating-point precision.
 
         Raises
         ------
@@ -205,7 +204,7 @@ class Telemetry:
         write_file(path, self.to_frame().to_csv(index=False, lineterminator="\n").encode())
 
     def interpolate_positions(self, times: Floats) -> Floats | None:
-        """Return the satellite position at given sample times, or None if the telemetry has no
+        """Return the satellite position at given sample times. Return None if the telemetry has no
         positions.
 
         Missing positions are interpolated by a cubic spline. With positions 300 s apart, the
@@ -245,8 +244,7 @@ class Telemetry:
         return result
 
     def build_readings(self, suite: Suite) -> tuple[Floats, ...]:
-        """Return the readings of the sensors of a suite, converted to the units of the filter, as
-        one array per sensor.
+        """Return the readings of each sensor of a suite, converted to filter units.
 
         Returns
         -------
@@ -288,16 +286,14 @@ class Telemetry:
 
 
 def format_place(k: int, times: Floats, row_numbers: Ints | None = None) -> str:
-    """Return the time of sample `k` and, if known, its row in the source table, as text for
-    messages.
-    """
+    """Format the time of sample `k` and its row in the source table for messages."""
     time = f"time {times[k]:.6f} s"
     return time if row_numbers is None else f"row {row_numbers[k]}, {time}"
 
 
 def list_column_names(name: str, width: int = 3) -> list[str]:
-    """Return the column names of a quantity with 1, 3 or 4 components: ``mag``; ``mag_x`` to
-    ``mag_z``; or ``mag_q1`` to ``mag_q4``.
+    """Return the column names of a quantity with 1, 3 or 4 components: ``mag``, ``mag_x`` to
+    ``mag_z`` or ``mag_q1`` to ``mag_q4``.
     """
     if width == 1:
         return [name]

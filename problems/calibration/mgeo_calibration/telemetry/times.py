@@ -25,8 +25,7 @@ _UTC_OFFSET = r"([+-])(\d\d):?(\d\d)$"
 def convert_times(
     columns: Sequence[pd.Series], mapping: TelemetryMapping, epoch: datetime
 ) -> Floats:
-    """Convert the time columns of a table, which contain numbers or ISO 8601 times, to SI seconds
-    since an epoch.
+    """Convert time columns with numbers or ISO 8601 times to SI seconds since an epoch.
 
     Parameters
     ----------
@@ -86,9 +85,7 @@ def _convert_counts(
 
 
 def _parse_stamps(stamps: pd.Series, epoch: datetime, time_scale: str) -> Floats:
-    """Return ISO 8601 times in a time scale as SI seconds since the epoch, with NaN for invalid
-    times.
-    """
+    """Convert ISO 8601 times to SI seconds since the epoch. Invalid times become NaN."""
     offsets = stamps.str.extract(_UTC_OFFSET)
     ahead = 3600.0 * offsets[1].astype(float) + 60.0 * offsets[2].astype(float)
     ahead = ahead.where(offsets[0] != "-", -ahead).fillna(0.0)
