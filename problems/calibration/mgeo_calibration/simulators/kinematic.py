@@ -54,8 +54,8 @@ def simulate_telemetry(
     initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan and return the telemetry. The planned rates are executed exactly,
-    and the sensor errors are random.
+    """Simulate one run of a plan with exact rates and random sensor errors, and return its
+    telemetry.
 
     The run lasts until the end of the scenario. True errors are drawn from the scenario, and the
     rates of the plan are executed exactly from the true initial attitude, as in
@@ -122,8 +122,8 @@ def simulate_telemetry(
 def continue_errors(
     model: FilterModel, random_errors: RandomErrors, initial_truth: Truth | None
 ) -> RandomErrors:
-    """Return the random errors of a run. If an earlier run is given, its final attitude error and
-    states replace the initial errors.
+    """Replace the initial errors of a run by the final errors of an earlier run, if there is
+    one.
     """
     if initial_truth is None:
         return random_errors
@@ -138,8 +138,8 @@ def continue_errors(
 
 
 def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
-    """Return the design of a plan as an array. The slew back to the initial attitude is appended if
-    the scenario requires it.
+    """Return the design of a plan as an array, including the slew back if the scenario requires
+    it.
     """
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     design = design if design.size else build_hold_design(model.initial_rate)
@@ -151,9 +151,7 @@ def complete_design(scenario: Scenario, plan: Any, model: FilterModel) -> Floats
 
 
 def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetry:
-    """Return the telemetry of a simulated run: its readings in telemetry units and its
-    true states.
-    """
+    """Convert a simulated run to telemetry that includes the true states."""
     suite, rates = model.suite, np.degrees(simulated_run.readings.gyro)
     states = np.tile(simulated_run.initial_states, (len(simulated_run.varying_states), 1))
     states[:, 3 : suite.n_dynamic] = simulated_run.varying_states
@@ -176,8 +174,8 @@ def build_telemetry(model: FilterModel, simulated_run: SimulatedRun) -> Telemetr
 
 
 def build_true_model(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
-    """Return the filter model of the true scenario. Raise ValueError if it does not match the
-    assumed scenario, for example in its sensors, states or step.
+    """Build the filter model of the true scenario. Raise ValueError if it is incompatible with the
+    assumed scenario.
 
     Parameters
     ----------
@@ -221,8 +219,8 @@ def build_true_model(truth: Scenario, scenario: Scenario, environment: Environme
 def build_true_environment(
     truth: Scenario, scenario: Scenario, environment: Environment
 ) -> Environment:
-    """Return the environment along the orbit of the true scenario, without eclipses if the true
-    scenario has none.
+    """Return the environment along the true orbit. Eclipses are included only if the true scenario
+    has eclipses.
     """
     if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
         environment = Environment.from_scenario(truth)

@@ -37,8 +37,8 @@ MEDIAN_COLUMN, QUANTILE_COLUMN, VIOLATED_COLUMN = "median", "90 % of runs", "vio
 
 
 def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
-    """Return a table that compares the true attitude of a simulated run with the plan: pointing
-    errors, path constraints, body rate and wheel momentum.
+    """Compare the true attitude of a simulated run with the plan, and return a table of errors and
+    constraints.
 
     The comparison ends at the end of the plan or at the last sample of telemetry. Rows: pointing
     errors, path constraints, the largest body rate and the largest momentum of a wheel.
@@ -72,13 +72,13 @@ def compare_with_plan(plan: ManeuverPlan, telemetry: Telemetry) -> pd.DataFrame:
 def compute_constraint_values(
     plan: ManeuverPlan, attitude: Floats, wheel_momentum: Floats | None = None
 ) -> dict[str, float]:
-    """Return the pointing errors [deg], the angle of each path constraint [deg], the largest body
-    rate [deg/s] and the largest wheel momentum of an attitude history, as a dict by name of the
-    quantity.
+    """Compute the pointing errors, constraint angles, body rate and wheel momentum of an attitude
+    history. Return a dict that maps quantities to values.
 
     A pointing error is the angle of the rotation between an attitude and the plan's attitude at the
     same sample. The dict contains the error at the last sample and the largest error. The angle of
-    a path constraint is the largest (keep-in) or smallest (keep-out) angle, without margin.
+    a path constraint is the largest (keep-in) or smallest (keep-out) angle, without margin. Angles
+    are in deg, the body rate in deg/s and the momentum in N m s.
 
     Parameters
     ----------
@@ -116,9 +116,8 @@ def compute_constraint_values(
 def build_constraint_table(
     plan: ManeuverPlan, planned: dict[str, float], simulated: dict[str, float]
 ) -> pd.DataFrame:
-    """Return a table with planned and simulated constraint values in one row per quantity, the
-    limit of the quantity, and whether the simulated value satisfies the limit. A quantity without
-    limit counts as satisfied.
+    """Build a table of planned and simulated values with their constraints, one row per quantity.
+    Quantities without a constraint count as satisfied.
     """
     limits: dict[str, tuple[str, str, float]] = {MAX_RATE: ("deg/s", "", np.nan)}
     for each in plan.scenario.path_constraints:
@@ -143,8 +142,8 @@ def build_constraint_table(
 def simulate_gyro_guidance(
     plan: ManeuverPlan, model: FilterModel, random_errors: RandomErrors, n_steps: int
 ) -> Floats:
-    """Return the true attitude of a satellite whose controller follows a plan with an attitude
-    estimate integrated from the gyro.
+    """Simulate the true attitude of a satellite that follows a plan with an attitude estimate from
+    the gyro.
 
     The attitude estimate starts at the plan's initial attitude and integrates the corrected gyro
     rates. The controller is ideal and keeps the estimate on the plan; the Basilisk simulator
@@ -194,8 +193,8 @@ def _compute_constraint_angle(
     attitude: Floats,
     rotations: Floats,
 ) -> float:
-    """Return the largest (keep-in) or smallest (keep-out) angle [deg] between body axis and
-    direction of a path constraint over an attitude history, without margin.
+    """Return the worst angle of a path constraint over an attitude history, without margin [deg].
+    It is the largest angle for a keep-in and the smallest for a keep-out constraint.
 
     Samples at which the direction is not visible are ignored. If the direction is never visible,
     the result is -180 (keep-in) or 180 (keep-out).
@@ -212,13 +211,14 @@ def _compute_constraint_angle(
 def _compute_momentum(
     scenario: Scenario, attitude: Floats, rates: Floats, initial_rate: Floats
 ) -> Floats:
-    """Return the momentum of each wheel at the start and at the end of each step, computed from the
-    conservation of the total momentum. The total momentum follows from `Wheels.initial_momentum`
-    and the initial rate; without initial momentum it is zero at any initial rate. With the
-    pseudo-inverse allocation, the null-space part of the initial momentum stays in the wheels.
+    """Compute the momentum of each wheel at the start and the end of each step from the
+    conservation of total momentum.
 
-    The model equals the model of `filter.wheel_load` without disturbance torques and magnetic
-    unloading. The result has the shape (2 n, k) and the unit N m s.
+    The total momentum follows from `Wheels.initial_momentum` and the initial rate. Without initial
+    momentum it is zero at any initial rate. With the pseudo-inverse allocation, the null-space part
+    of the initial momentum stays in the wheels. Disturbance torques and magnetic unloading are
+    omitted; otherwise the model equals that of `filter.wheel_load`. The result has the shape
+    (2 n, k) and the unit N m s.
     """
     wheels = scenario.wheels
     assert wheels is not None
@@ -239,8 +239,8 @@ def _compute_momentum(
 
 
 def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.DataFrame:
-    """Return a table with statistics of pointing errors and constraints over Monte Carlo runs in
-    which the controller follows an attitude estimate integrated from the gyro.
+    """Summarize the pointing errors and constraints of Monte Carlo runs in which the controller
+    estimates the attitude from the gyro.
 
     Returns
     -------
@@ -278,8 +278,8 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
 
 
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
-    """Return a list with one sentence that summarizes the table of `summarize_gyro_guidance`, or an
-    empty list for an empty table.
+    """Summarize the table of `summarize_gyro_guidance` in one sentence. Return an empty list for an
+    empty table.
 
     The sentence states the median and the 90 % quantile of the pointing error at the end, and for
     each constraint that some runs violate the percentage of these runs.

@@ -30,7 +30,7 @@ from scipy.signal import lfilter
 
 @dataclass(frozen=True)
 class RandomErrors:
-    """Random errors of a simulated run: initial errors, process noise and measurement noise.
+    """Initial errors, process noise and measurement noise of a simulated run.
 
     Attributes
     ----------
@@ -50,9 +50,7 @@ class RandomErrors:
 
 
 def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator) -> RandomErrors:
-    """Draw the initial errors, the process noise and the measurement noise of a run from the
-    covariances of a filter model.
-    """
+    """Draw the random errors of a run from the covariances of a filter model."""
     suite = model.suite
     (_, Q), k = discretize_at_rest(model), suite.n_kinematic
     # The covariance of a constant bias is singular and has no Cholesky factor.
@@ -70,8 +68,8 @@ def draw_errors(model: FilterModel, n_steps: int, generator: np.random.Generator
 
 
 def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
-    """Return true states from estimated states and their errors. Rotations are composed; all other
-    states are added.
+    """Add errors to estimated states, and return the true states. Rotation errors are composed with
+    the estimated rotations.
     """
     true = states + errors
     for first in suite.rotation_indices[1:]:
@@ -84,8 +82,8 @@ def add_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
 
 
 def discretize_at_rest(model: FilterModel) -> tuple[Floats, Floats]:
-    """Return the transition matrix and the process noise covariance of one filter step for a body
-    that does not rotate.
+    """Return the transition matrix and process noise covariance of one filter step at zero body
+    rate.
 
     Returns
     -------
@@ -97,7 +95,7 @@ def discretize_at_rest(model: FilterModel) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class SimulatedRun:
-    """True motion, true states and sensor readings of a simulated run of n steps.
+    """True motion, true states and sensor readings of a run with n steps.
 
     Attributes
     ----------
@@ -121,8 +119,8 @@ class SimulatedRun:
 
 
 def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: float) -> Floats:
-    """Return the coning correction of each step, which is the mean rate minus the rotation vector
-    per unit time.
+    """Return the coning correction of each step: the mean rate minus the rotation vector per unit
+    time.
 
     Third-order expansion for linearly varying rates (J. E. Bortz, A New Mathematical Formulation
     for Strapdown Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7
@@ -142,8 +140,8 @@ def compute_coning_correction(start_rates: Floats, end_rates: Floats, step: floa
 def compute_design_coning(
     nominal_model: FilterModel, design: Floats, n_steps: int, initial_rotation: Floats
 ) -> Floats:
-    """Return the coning correction of each step of a design that starts from the true initial
-    attitude instead of the planned initial attitude.
+    """Return the coning correction of each step of a design, executed from the true initial
+    attitude.
 
     Parameters
     ----------
@@ -171,8 +169,7 @@ def compute_design_coning(
 def compute_true_motion(
     nominal_model: FilterModel, design: Floats, n_steps: int, errors: Floats
 ) -> Motion:
-    """Return the true motion of a satellite that executes a design from an initial attitude with a
-    random error.
+    """Return the true motion of a satellite that executes a design from its true initial attitude.
 
     The motion is given relative to the planned attitude. Its rates are the planned rates, except
     for magnetorquers, whose torque depends on the field in the body frame.
@@ -187,15 +184,14 @@ def compute_true_motion(
 
 
 def _build_initial_rotation(nominal_attitude: Floats, errors: Floats) -> Floats:
-    """Return the rotation matrix from the planned to the true initial attitude, in GCRS axes."""
+    """Return the rotation from the planned to the true initial attitude, in GCRS axes."""
     return rotation_matrix(-errors[:3] @ nominal_attitude)
 
 
 def simulate_gyro(
     model: FilterModel, rates: Floats, random_errors: RandomErrors
 ) -> tuple[Floats, Floats]:
-    """Simulate a gyro along a motion. Return the true gyro states and the rates that the gyro
-    reports.
+    """Simulate a gyro along a motion, and return its true states and reported rates.
 
     Parameters
     ----------
@@ -235,8 +231,7 @@ def simulate_run(
     random_errors: RandomErrors,
     environment: Environment | None = None,
 ) -> SimulatedRun:
-    """Simulate the true states and the sensor readings of a run with a given motion and given
-    random errors.
+    """Simulate the true states and sensor readings of a run from its motion and random errors.
 
     Parameters
     ----------
@@ -279,8 +274,8 @@ def simulate_run(
 def select_sensitivity_channels(
     channel_deviations: Floats, suite: Suite, owner: Gyro | Sensor
 ) -> list[Floats]:
-    """Return the deviations of the housekeeping channels to which a gyro or sensor is sensitive, as
-    a list with one array of shape (n, 1) per bias sensitivity.
+    """Return the housekeeping channels that affect the bias of a gyro or sensor, one array of
+    shape (n, 1) per bias sensitivity.
 
     Parameters
     ----------
@@ -300,7 +295,7 @@ def _simulate_readings(
     varying_states: Floats,
     noise: Floats,
 ) -> Floats:
-    """Return the readings of one sensor at every sample, with NaN at the first sample and where the
+    """Simulate the readings of one sensor. Readings are NaN at the first sample and where the
     sensor cannot measure.
     """
     sensor = model.suite.sensors[index]
@@ -334,8 +329,7 @@ def _simulate_readings(
 def apply_true_eclipses(
     model: FilterModel, environment: Environment, varying_states: Floats
 ) -> FilterModel:
-    """Return a copy of a filter model whose eclipses occur along the true orbit instead of the
-    estimated orbit.
+    """Return a copy of a filter model with eclipses along the true orbit.
 
     Parameters
     ----------

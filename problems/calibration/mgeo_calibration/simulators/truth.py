@@ -29,8 +29,7 @@ _MAX_TIME_DIFFERENCE = 1e-3
 
 
 def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
-    """Read the true attitude and states at the end of an earlier run from a JSON file. The run of a
-    follow-up plan starts with them.
+    """Read the true attitude and states at the end of an earlier run from a JSON file.
 
     Raises
     ------
@@ -63,8 +62,7 @@ def _parse_truth(text: str, plan: ManeuverPlan) -> Truth:
 def build_truth_document(
     plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
 ) -> TruthFile:
-    """Return the true attitude and states at the last sample as a JSON-serializable dict with the
-    keys of ``calibration.json``.
+    """Return the true attitude and states at the last sample as a JSON-serializable dict.
 
     ``parameters`` has the column ``value`` instead of ``estimate``.
     """

@@ -28,8 +28,8 @@ DAMPING_RATIO = 0.7
 
 @dataclass(frozen=True)
 class Reference:
-    """Time history of the attitude, rate and acceleration that the controller follows, at the n + 1
-    boundaries of the simulation steps.
+    """Reference attitude, rate and acceleration of the controller at the boundaries of n simulation
+    steps.
 
     Attributes
     ----------
@@ -47,8 +47,8 @@ class Reference:
     def from_motion(
         cls, motion: Motion, initial_rate: Floats, step: float, n_substeps: int
     ) -> Reference:
-        """Return the time history that the controller follows for a planned motion, whose rate is
-        constant in each filter step.
+        """Build the controller reference of a planned motion with a constant rate in each filter
+        step.
 
         The rate at the boundary of two steps is the mean of both rates, as on a linear ramp.
 
@@ -77,8 +77,8 @@ class Reference:
 
 
 class Guidance(sysModel.SysModel):
-    """Basilisk module that integrates gyro rates to an attitude estimate, and sends the estimate
-    and the reference attitude to the controller.
+    """Basilisk module that estimates the attitude from gyro rates, and sends the estimate and the
+    reference to the controller.
 
     The initial attitude and rate are the planned values. The attitude is propagated with the
     measured rates, corrected by the estimated gyro errors; the remaining errors are not observed.
@@ -131,8 +131,7 @@ class Guidance(sysModel.SysModel):
 
 
 def add_reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
-    """Attach the reaction wheels of a vehicle to a Basilisk satellite, with their initial momentum
-    and their limits.
+    """Attach reaction wheels to a Basilisk satellite, with initial momentum and limits.
 
     Initial speeds follow `Vehicle.compute_initial_momentum`. A wheel at its momentum limit cannot
     accelerate further.
@@ -171,8 +170,8 @@ def add_reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple
 def build_control_loop(
     vehicle: Vehicle, guidance: Guidance, effector: Any, configuration: Any
 ) -> Sequence[Any]:
-    """Return the three Basilisk modules of the attitude controller in the order of execution:
-    attitude error, feedback law and wheel torques.
+    """Build the Basilisk modules for attitude error, feedback law and wheel torques, in the order
+    of execution.
     """
     inertia = vehicle.wheels.inertia_matrix()
     error = attTrackingError.attTrackingError()
@@ -208,8 +207,7 @@ def build_magnetorquer_control(
     bias: Floats,
     timing: tuple[int, int, Floats],
 ) -> tuple[Any, Sequence[Any]]:
-    """Attach magnetorquers along the body axes to a Basilisk satellite, and build the module that
-    commands their dipoles.
+    """Attach magnetorquers along the body axes to a Basilisk satellite, and build their controller.
 
     Parameters
     ----------
@@ -224,7 +222,7 @@ def build_magnetorquer_control(
     drive, (nanoseconds, n_substeps, initial_rate) = vehicle.drive, timing
 
     class Controller(sysModel.SysModel):
-        """Basilisk module with a cross-product control law, which uses the gyro and the true field.
+        """Basilisk module of a cross-product control law that uses gyro rates and the true field.
         The module also sets the gyro bias.
         """
 

@@ -27,8 +27,8 @@ BASILISK_AU = 149597870.693e3
 
 
 def format_field_coefficients(date: datetime) -> str:
-    """Return the IGRF-14 coefficients at a date as text in the file format of the World Magnetic
-    Model, without secular variation.
+    """Format the IGRF-14 coefficients at a date in the file format of the World Magnetic Model,
+    without secular variation.
     """
     result = load_gauss_coefficients(date)
     year = date.year + (date.timetuple().tm_yday - 1) / 365.25
@@ -41,8 +41,7 @@ def format_field_coefficients(date: datetime) -> str:
 
 
 class EnvironmentMessages(sysModel.SysModel):
-    """Basilisk module that publishes the positions of Sun, Earth and satellite in each step, from
-    tables computed in advance.
+    """Basilisk module that publishes precomputed positions of the Sun, the Earth and the satellite.
 
     Attributes
     ----------
@@ -88,9 +87,7 @@ class EnvironmentMessages(sysModel.SysModel):
 
 
 def build_central_body(messages: EnvironmentMessages) -> Any:
-    """Return the list of gravity bodies for `Spacecraft.gravField`, which contains the Earth as a
-    point mass.
-    """
+    """Build the gravity bodies for `Spacecraft.gravField`: the Earth as a point mass."""
     earth = gravityEffector.GravBodyData()
     earth.planetName, earth.mu, earth.isCentralBody = "earth", EARTH_MU, True
     earth.planetBodyInMsg.subscribeTo(messages.earth)
@@ -98,7 +95,7 @@ def build_central_body(messages: EnvironmentMessages) -> Any:
 
 
 def build_field_model(satellite: Any, messages: EnvironmentMessages, coefficients: Path) -> Any:
-    """Return Basilisk's magnetic field module with spherical-harmonic coefficients from a file.
+    """Build Basilisk's magnetic field module from a file of spherical-harmonic coefficients.
 
     The file must exist until the model is initialized.
     """
@@ -111,9 +108,7 @@ def build_field_model(satellite: Any, messages: EnvironmentMessages, coefficient
 
 
 def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
-    """Return Basilisk's eclipse module for the Earth's shadow, which publishes the illumination
-    factor at the satellite.
-    """
+    """Build Basilisk's eclipse module, which publishes the illumination factor of the satellite."""
     model = eclipse.Eclipse()
     model.ModelTag = "eclipse"
     model.addSpacecraftToModel(satellite.scStateOutMsg)
@@ -123,8 +118,6 @@ def build_eclipse_model(satellite: Any, messages: EnvironmentMessages) -> Any:
 
 
 def compute_middle_time(environment: Environment, epoch: datetime) -> datetime:
-    """Return the instant in the middle of a run. It is the date for which `Environment` evaluates
-    the field model.
-    """
+    """Return the time in the middle of a run, at which `Environment` evaluates the field model."""
     times = environment.times
     return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))

@@ -35,8 +35,7 @@ _TESLA = 1e-9 * FIELD_UNIT_NT
 
 @dataclass(frozen=True)
 class SensorInputs:
-    """Basilisk modules whose messages the sensor modules read: satellite, environment, magnetic
-    field and eclipse.
+    """Basilisk modules that provide the input messages of the sensor modules.
 
     Attributes
     ----------
@@ -53,8 +52,8 @@ class SensorInputs:
 
 
 class Recorders(NamedTuple):
-    """Basilisk recorders of the satellite state, the Sun position and, if the scenario has
-    eclipses, the illumination factor.
+    """Basilisk recorders of satellite state, Sun position and, with eclipses, illumination
+    factor.
     """
 
     state: Any
@@ -64,8 +63,7 @@ class Recorders(NamedTuple):
 
 @dataclass(frozen=True)
 class SensorModule:
-    """Basilisk module of a sensor, with the function that converts its recorded messages to filter
-    readings.
+    """Basilisk module of a sensor, with a function that converts its messages to filter readings.
 
     Attributes
     ----------
@@ -92,8 +90,8 @@ SensorErrors = Mapping[str, Floats]
 def build_gyro(
     gyro: Gyro, errors: SensorErrors, step: float, inputs: SensorInputs, seed: int
 ) -> Any:
-    """Return Basilisk's inertial measurement unit with the noise, scale factors and misalignments
-    of a gyro.
+    """Build Basilisk's inertial measurement unit with the noise, scale factors and misalignments of
+    a gyro.
 
     The caller sets the bias in each step, before scaling. Basilisk applies scale factors after the
     misalignment, the filter before it. The difference is the product of both errors, 1e-5 of the
@@ -117,8 +115,8 @@ def build_gyro(
 def build_magnetometer(
     sensor: Magnetometer, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return Basilisk's magnetometer module with the given misalignment and bias and with the noise
-    of the sensor.
+    """Build Basilisk's magnetometer module with the given bias and misalignment and the noise of
+    the sensor.
     """
     tam = magnetometer.Magnetometer()
     tam.ModelTag, tam.RNGSeed = sensor.name, draw_seed()
@@ -140,8 +138,8 @@ def build_magnetometer(
 def build_sun_sensor(
     sensor: SunSensor, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return a Sun sensor that measures a vector, composed of six coarse Sun sensors of Basilisk
-    that look in both directions of three axes.
+    """Build a Sun vector sensor from six Basilisk coarse Sun sensors, two in opposite directions
+    along each axis.
 
     Each component is the difference of two heads; a head has half of the bias and 1/√2 of the
     noise. Readings are valid in full sunlight only, because the vector is shorter in the penumbra.
@@ -173,8 +171,8 @@ def build_sun_sensor(
 def build_photodiode(
     sensor: Photodiode, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return a photodiode, modeled by one of Basilisk's coarse Sun sensors with the given errors of
-    its gain and its normal.
+    """Build a photodiode from a Basilisk coarse Sun sensor, with the given errors of gain and
+    normal.
 
     The half-angle of the field of view is 90 deg. Readings beyond the half-angle of the scenario
     are reported, too. Without full sunlight there are no readings.
@@ -193,7 +191,7 @@ def build_photodiode(
 
 
 def _build_head(normal: Floats, inputs: SensorInputs, seed: int) -> Any:
-    """Return one of Basilisk's coarse Sun sensors with a hemispherical field of view."""
+    """Build a Basilisk coarse Sun sensor with a hemispherical field of view."""
     head = coarseSunSensor.CoarseSunSensor()
     head.RNGSeed, head.fov, head.nHat_B = seed, math.pi / 2, normal.tolist()
     head.setAMatrix([[0.0]])
@@ -212,8 +210,8 @@ def _find_sunlit_samples(recorders: Recorders) -> Bools:
 
 
 def _find_visible_samples(sensor: SunSensor, recorders: Recorders) -> Bools:
-    """Return a boolean array over the samples, True in full sunlight with the Sun in the field of
-    view of the sensor.
+    """Return a boolean mask of the samples in full sunlight with the Sun in the sensor's field of
+    view.
     """
     is_visible = _find_sunlit_samples(recorders)
     to_sun = recorders.sun.PositionVector - recorders.state.r_BN_N
@@ -227,8 +225,7 @@ def _find_visible_samples(sensor: SunSensor, recorders: Recorders) -> Bools:
 def build_star_tracker(
     sensor: StarTracker, errors: SensorErrors, inputs: SensorInputs, draw_seed: Callable[[], int]
 ) -> SensorModule:
-    """Return Basilisk's star tracker module with the given misalignment and with the noise of the
-    sensor.
+    """Build Basilisk's star tracker module with the given misalignment and the noise of the sensor.
 
     The module always reports; `telemetry.simulate_telemetry` removes invalid readings.
     """

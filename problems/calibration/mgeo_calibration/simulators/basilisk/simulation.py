@@ -55,8 +55,7 @@ MAX_STEP = 1.0
 
 @dataclass(frozen=True)
 class SimulationInputs:
-    """Initial conditions of a Basilisk simulation of n steps, with the true errors of the gyro and
-    of the sensors.
+    """Initial conditions and true sensor errors of a Basilisk simulation.
 
     Attributes
     ----------
@@ -81,8 +80,7 @@ class SimulationInputs:
 
 @dataclass(frozen=True)
 class SimulationResult:
-    """Result of a Basilisk simulation: attitude, position, sensor readings and wheel momentum at n
-    + 1 samples.
+    """Attitude, position, sensor readings and wheel momentum from a Basilisk simulation of n steps.
 
     Attributes
     ----------
@@ -116,8 +114,7 @@ def simulate(
     environment: Environment,
     generator: np.random.Generator,
 ) -> SimulationResult:
-    """Assemble and run a Basilisk simulation, and return the recorded attitude, readings and wheel
-    momentum.
+    """Run a Basilisk simulation, and return attitude, sensor readings and wheel momentum.
 
     Magnetorquers ignore `motion`. The generator provides only the seeds of the noise.
     """
@@ -266,8 +263,7 @@ def _build_satellite(
 
 
 def _compose_rotations(rotations: Floats) -> Floats:
-    """Compose the successive rotation vectors within each step, and return one rotation vector per
-    step.
+    """Compose the rotation vectors within each step into one rotation vector per step.
 
     The second axis of the given array contains the rotation vectors of a step.
     """

@@ -52,8 +52,8 @@ def simulate_telemetry(
     initial_truth: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan with Basilisk, which models rigid-body dynamics, actuators and
-    sensors, and return the telemetry.
+    """Simulate one run of a plan with Basilisk's models of dynamics, actuators and sensors, and
+    return its telemetry.
 
     A rigid body with reaction wheels follows the plan by feedback of modified Rodrigues
     parameters, with gyro-based attitude estimates. Without ramps in the plan, rates change as fast
@@ -153,9 +153,7 @@ def simulate_telemetry(
 def _mask_readings(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
-    """Return the readings of all sensors with NaN where a sensor cannot measure: in eclipse, or
-    when a star tracker is blinded.
-    """
+    """Set sensor readings to NaN in eclipse and where a star tracker is blinded."""
     result = []
     for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
         is_valid = model.available[:, index]

@@ -23,7 +23,7 @@ ALLOCATION = "pseudo-inverse"
 
 @dataclass(frozen=True)
 class MagnetorquerVehicle:
-    """Satellite with magnetorquers and the body rate that it is commanded to follow in each step.
+    """Satellite with magnetorquers and a commanded body rate in each step.
 
     Attributes
     ----------
@@ -42,9 +42,7 @@ class MagnetorquerVehicle:
     def from_design(
         cls, drive: MagnetorquerDrive, design: Floats, step: float, n_steps: int
     ) -> MagnetorquerVehicle:
-        """Return the vehicle that is commanded to follow a design, with the body rate of the
-        current maneuver in each step.
-        """
+        """Build the vehicle from a design, which gives the commanded body rate in each step."""
         rates, durations = decode_designs(design)
         starts, _ = compute_maneuver_steps(durations, step)
         steps = np.arange(n_steps)
@@ -59,7 +57,7 @@ class MagnetorquerVehicle:
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class Vehicle(Settings):
-    """Satellite with reaction wheels: inertia, wheels and controller bandwidth.
+    """Satellite with reaction wheels and an attitude controller.
 
     Raises
     ------
@@ -80,8 +78,8 @@ class Vehicle(Settings):
 
     @staticmethod
     def amazonia() -> Vehicle:
-        """Return a remote-sensing satellite of 640 kg with four reaction wheels, similar to
-        Amazonia-1.
+        """Return a 640 kg remote-sensing satellite similar to Amazonia-1, with four reaction
+        wheels.
 
         Three wheels along the body axes and a skewed wheel follow INPE's description. Wheel size,
         0.2 N m and 12 N m s, and inertia are typical of the class.
@@ -106,8 +104,7 @@ class Vehicle(Settings):
 
     @staticmethod
     def from_scenario(scenario: Scenario, name: str | None = None) -> Vehicle:
-        """Return the vehicle with a given name or, without a name, the vehicle that the scenario
-        defines.
+        """Return the vehicle of a scenario, or the vehicle with a given name.
 
         Without a name, the vehicle has the wheels of the scenario. Without wheels, the name of the
         scenario selects the vehicle from `VEHICLES`.
@@ -137,8 +134,8 @@ class Vehicle(Settings):
         return self.wheels.inertia_matrix()
 
     def compute_initial_momentum(self, rate: Floats) -> Floats:
-        """Return the initial momentum of each wheel: the declared momentum, or the momentum with
-        which the total momentum of satellite and wheels is zero.
+        """Return the initial momentum of each wheel [N m s]. Unless declared, it cancels the
+        momentum of the rotating satellite.
 
         Parameters
         ----------
@@ -154,8 +151,8 @@ class Vehicle(Settings):
         return zero
 
     def compute_slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
-        """Return slew limits with the largest angular acceleration that the wheel torques allow
-        about every axis, or None without a torque limit.
+        """Return slew limits with an angular acceleration that the wheels can provide about any
+        axis. Return None if the wheels have no torque limit.
 
         Torque is allocated by the pseudo-inverse of the wheel axes.
         """
