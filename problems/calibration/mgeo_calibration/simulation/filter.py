@@ -36,7 +36,7 @@ NO_CHANNELS = np.zeros(0)
 
 @pydantic.dataclasses.dataclass(frozen=True, kw_only=True)
 class FilterSettings(Settings):
-    """Settings of the error-state Kalman filter that control the treatment of second-order effects.
+    """Options of the error-state Kalman filter that control second-order effects.
 
     The defaults are the options that `docs/validation/consistency.md` recommends.
 
@@ -56,8 +56,8 @@ class FilterSettings(Settings):
 
     @staticmethod
     def build_textbook() -> FilterSettings:
-        """Return the settings of a first-order filter: no second-order terms, no covariance reset,
-        and measurement Jacobians at zero misalignments.
+        """Return the settings of a first-order filter without second-order terms or a covariance
+        reset. Measurement Jacobians are evaluated at zero misalignments.
 
         These Jacobians are the H of equation (2).
         """
@@ -66,8 +66,7 @@ class FilterSettings(Settings):
 
 @dataclass(frozen=True)
 class ErrorStateFilter:
-    """Error-state Kalman filter for the gyro and sensors of a suite, with multiplicative rotation
-    errors.
+    """Error-state Kalman filter for a gyro and sensors, with multiplicative rotation errors.
 
     Estimated errors are applied to the state after each update.
     """
@@ -83,8 +82,8 @@ class ErrorStateFilter:
         vectors: Floats,
         channel_values: Floats | None = None,
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
-        """Run the filter over the measurements of several runs, and yield for each sample the
-        estimates before and after its measurements, and the normalized innovations squared.
+        """Filter the measurements of several runs. For each sample, yield the estimates before and
+        after its measurements, and the normalized innovations squared.
 
         Parameters
         ----------
@@ -145,7 +144,7 @@ class ErrorStateFilter:
         rest_transition: Floats,
         channel_values: Floats = NO_CHANNELS,
     ) -> Estimate:
-        """Return the estimate propagated over one step with the corrected gyro rates.
+        """Propagate the estimate over one step with the corrected gyro rates.
 
         The covariance follows equation (3) of docs/explanation/models-and-filter.md.
 
@@ -211,8 +210,8 @@ class ErrorStateFilter:
         rate: Floats = ZERO_RATE,
         channel_values: Floats = NO_CHANNELS,
     ) -> tuple[Estimate, Floats]:
-        """Return the estimate updated by the readings of one sensor, and the normalized innovation
-        squared of each run.
+        """Update the estimate with the readings of one sensor. Return the new estimate and the
+        normalized innovations squared.
 
         The update is equation (4) of docs/explanation/models-and-filter.md. Considered states keep
         their estimate and covariance.
@@ -280,8 +279,8 @@ class ErrorStateFilter:
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """Return H P and the innovation z, both multiplied by the inverse of the Cholesky factor of the
-    innovation covariance S.
+    """Multiply H P and the innovation z by the inverse Cholesky factor of the innovation covariance
+    S.
 
     Parameters
     ----------

@@ -103,12 +103,12 @@ class MonteCarloResult(RunStatistics):
 
     @property
     def rms(self) -> Floats:
-        """Root mean square of the estimation errors over the runs, shape (m, n_states)."""
+        """Root-mean-square estimation error over the runs, shape (m, n_states)."""
         rms: Floats = np.sqrt((self.errors**2).mean(axis=0))
         return rms
 
     def find_sample(self, time: float | None = None) -> int:
-        """Return the index of the recorded sample nearest to a time [s], by default to `t_end`.
+        """Return the index of the recorded sample that is closest to a given time.
 
         Parameters
         ----------
@@ -118,8 +118,7 @@ class MonteCarloResult(RunStatistics):
         return int(np.argmin(np.abs(self.times - (self.t_end if time is None else time))))
 
     def build_table(self, time: float | None = None) -> pd.DataFrame:
-        """Return a table with the predicted and actual errors of each state at a time [s], by
-        default at `t_end`.
+        """Build a table of the predicted and actual errors of each state at a given time.
 
         Columns in the filter's units: ``predicted``, 1-sigma of the linear covariance; ``filter``,
         rms over the runs of the filter's 1-sigma; ``rms`` error; ``ratio`` of rms error to
@@ -150,8 +149,8 @@ class MonteCarloResult(RunStatistics):
         )
 
     def build_violation_table(self) -> pd.DataFrame:
-        """Return a table of the fraction of runs, and the fraction of the time until `t_end`, in
-        which each path constraint is violated.
+        """Build a table that shows how many runs violate each path constraint until `t_end`, and
+        for how long.
 
         The constraints are evaluated without margin.
 
@@ -178,8 +177,8 @@ class MonteCarloResult(RunStatistics):
         return pd.DataFrame(columns, index=pd.Index(self.path_constraints, name="path constraint"))
 
     def build_history(self) -> pd.DataFrame:
-        """Return a table of the normalized errors squared (NEES) and normalized innovations squared
-        (NIS) at every sample, averaged over the runs.
+        """Build a table of the mean normalized errors squared (NEES) and innovations squared (NIS)
+        at each sample.
 
         Columns: ``nees`` per state and ``nis <sensor>`` per component. The expected value is 1.
         Samples without innovations since the previous sample are NaN.
@@ -201,7 +200,7 @@ def evaluate_consistency(
     ratio_bounds: tuple[float, float] = (0.85, 1.15),
 ) -> pd.DataFrame:
     """Test whether the errors of Monte Carlo runs are statistically consistent with the filter
-    covariance, and return one row per test.
+    covariance.
 
     - ``nees``: mean per state over runs and samples. The chi-square interval has runs times states
       degrees of freedom, because errors at different times of a run are strongly correlated.

@@ -52,8 +52,8 @@ def simulate(
     environment: Environment | None = None,
     end_time: float | None = None,
 ) -> MonteCarloResult:
-    """Simulate a plan in Monte Carlo runs with the on-board filter, and return the estimation
-    errors and filter statistics of all runs.
+    """Simulate Monte Carlo runs of a plan with the on-board filter, and return their estimation
+    errors and filter statistics.
 
     The truth is nonlinear: exact rotations at the rates of the plan, misalignments as rotations, a
     Markov process as gyro bias, measurement noise, eclipses and fields of view. The filter starts
@@ -177,8 +177,8 @@ def simulate(
 
 
 def _select_samples(model: FilterModel, t_end: float) -> Ints:
-    """Return the indices of the samples to record: about `N_RECORDED_SAMPLES` at equal intervals,
-    with the first, the last and `t_end`.
+    """Select about `N_RECORDED_SAMPLES` equally spaced samples to record, including the first, the
+    last and `t_end`.
     """
     stride = -(-model.n_steps // N_RECORDED_SAMPLES)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
@@ -194,8 +194,8 @@ def evaluate_filter(
     n_constraint_samples: int = 0,
     planned_rates: Floats | None = None,
 ) -> RunStatistics:
-    """Run the filter on the measurements of simulated runs of one plan, and return the estimation
-    errors and filter statistics.
+    """Run the filter on simulated measurements of a plan, and return its estimation errors and
+    statistics.
 
     Each run has its own covariance. Only the rates with which the covariances are propagated are
     common to all runs.
@@ -294,8 +294,8 @@ def evaluate_filter(
 def _is_violated(
     cone: Cone, rotation: Floats, direction_motion: DirectionMotion, attitude: Floats
 ) -> Bools:
-    """Return a boolean array that is True for each of r attitudes for which a path constraint is
-    violated anywhere in the step that ends at the attitude.
+    """Return a boolean mask of the attitudes for which a path constraint is violated during the
+    preceding step, shape (r,).
 
     Parameters
     ----------
