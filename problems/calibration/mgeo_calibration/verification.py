@@ -35,8 +35,8 @@ _P_COLUMNS = {PREDICTED_RATIO: "p, predicted", FILTER_RATIO: "p, filter"}
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """Result of Monte Carlo runs of a plan: actual errors at its convergence time, compared with
-    the prediction of the plan and with the filter covariance.
+    """Result of verifying a plan in Monte Carlo runs: actual errors, predicted errors and
+    statistical tests.
 
     The verification is one test at the level `SIGNIFICANCE_LEVEL`. It requires that no state error
     exceeds the prediction, that no state error exceeds the filter's 1-sigma, and that the filter
@@ -82,21 +82,17 @@ class Verification:
 
     @property
     def states_above_prediction(self) -> list[str]:
-        """Names of the states whose errors are significantly larger than the plan predicts."""
+        """Names of the states with errors significantly larger than predicted by the plan."""
         return self._list_significant_states(PREDICTED_RATIO)
 
     @property
     def overconfident_states(self) -> list[str]:
-        """Names of the states whose errors are significantly larger than the 1-sigma of the
-        filter.
-        """
+        """Names of the states with errors significantly larger than the 1-sigma of the filter."""
         return self._list_significant_states(FILTER_RATIO)
 
     @property
     def is_achieved(self) -> bool:
-        """True if no error is significantly larger than the plan predicts or than the 1-sigma of
-        the filter.
-        """
+        """True if neither a state error nor the NEES is significantly too large."""
         return (
             not (self.states_above_prediction or self.overconfident_states)
             and self.nees_p >= SIGNIFICANCE_LEVEL
@@ -104,40 +100,38 @@ class Verification:
 
     @property
     def max_ratio(self) -> float:
-        """Largest ratio of actual error to 1-sigma that a state may have without failing."""
+        """Largest ratio of actual error to 1-sigma at which a state still passes."""
         return float(np.sqrt(chi2.isf(self._level, self.n_runs) / self.n_runs))
 
     @property
     def max_nees(self) -> float:
-        """Largest NEES per state that the filter may have without failing."""
+        """Largest NEES per state at which the filter still passes."""
         n = self.n_runs * len(self.table)
         return float(chi2.isf(self._level, n) / n)
 
     @property
     def _level(self) -> float:
-        """Significance level of the last test in Holm's sequence, which separates the tests that
-        fail from those that pass.
-        """
+        """Significance level at the boundary between failed and passed tests in Holm's sequence."""
         p = [*self.table[list(_P_COLUMNS.values())].to_numpy().ravel(), self.nees_p]
         n_failed = int(np.sum(np.array(p) < SIGNIFICANCE_LEVEL))
         return SIGNIFICANCE_LEVEL / max(len(p) - n_failed, 1)
 
     def find_failed_states(self) -> list[str]:
-        """Return the names of the states whose errors exceed the prediction or the filter
+        """Return the names of the states that fail the test against the prediction or the filter
         1-sigma.
         """
         return list(dict.fromkeys([*self.states_above_prediction, *self.overconfident_states]))
 
     def find_worst_axes(self) -> list[str]:
-        """Return the state with the largest error ratio of each block, largest ratio first."""
+        """Return the worst state of each block, sorted by decreasing error ratio."""
         worst = self.table[[PREDICTED_RATIO, FILTER_RATIO]].max(axis=1)
         by_block = worst.groupby(lambda state: state.rpartition(" ")[0])
         return list(worst[by_block.idxmax()].sort_values(ascending=False).index)
 
     @property
     def detectable_ratio(self) -> float:
-        """Smallest ratio of actual error to 1-sigma that this number of runs detects with a
-        probability of `DETECTION_POWER`.
+        """Smallest ratio of actual error to 1-sigma that the runs detect with probability
+        `DETECTION_POWER`.
         """
         tests = 2 * len(self.table) + 1
         smallest = chi2.isf(SIGNIFICANCE_LEVEL / tests, self.n_runs) / chi2.isf(
@@ -152,7 +146,7 @@ class Verification:
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
     """Test in Monte Carlo runs whether a plan achieves its predicted accuracy at its convergence
-    time, and return the test results.
+    time.
 
     `simulation.simulate` describes the simulation of the runs.
 
@@ -228,8 +222,8 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
 
 
 def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
-    """Return the 1-sigma that a plan predicts for each state at its convergence time, with one row
-    per Monte Carlo run.
+    """Return the predicted 1-sigma of each state at the convergence time, one row per Monte Carlo
+    run.
 
     The prediction is the linear covariance of the plan, equal in all runs. For magnetorquers it is
     the linear covariance of the motion of each run, which depends on the initial attitude.
@@ -252,8 +246,8 @@ def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
 
 
 def format_conclusion(verification: Verification) -> str:
-    """Return the verdict in one sentence: the plan achieves its predicted accuracy, with the
-    largest error ratio, or it does not, with the failed tests.
+    """Describe in one sentence whether the plan achieves its predicted accuracy. Name the largest
+    error ratio or the worst failure.
     """
     runs = f"in {verification.n_runs} Monte Carlo runs"
     if failures := describe_failures(verification):
@@ -268,8 +262,8 @@ def format_conclusion(verification: Verification) -> str:
 
 
 def describe_failures(verification: Verification) -> list[str]:
-    """Return one line of text per state block whose errors are too large, largest ratio first, with
-    the error ratio and whether the filter covariance is consistent with the errors.
+    """Return one line of text for each state block with errors that are too large, largest error
+    ratio first. Each line states the ratio and whether the filter is overconfident.
 
     If only the NEES fails, the result is one line on the filter as a whole.
     """
@@ -305,8 +299,8 @@ def describe_failures(verification: Verification) -> list[str]:
 
 
 def describe_power(verification: Verification) -> str:
-    """Return a text with the smallest error ratio that the number of runs suffices to detect, and
-    the probability that a valid plan is rejected.
+    """Describe the error ratio that the runs can detect and the probability of rejecting a valid
+    plan.
     """
     return (
         f"These runs detect an rms error of {verification.detectable_ratio:.2f} times its 1-sigma "
@@ -316,9 +310,7 @@ def describe_power(verification: Verification) -> str:
 
 
 def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator[str]:
-    """Yield suggestions to the user for a plan that misses its predicted accuracy, the most
-    effective one first.
-    """
+    """Yield suggestions for a plan that misses its predicted accuracy, most effective first."""
     if verification.is_achieved:
         return
     scenario, outside = plan.scenario, find_validity_violations(plan.scenario)
