@@ -122,7 +122,7 @@ def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
 
 
 def _select_windows(batch: Batch, max_length: int) -> Ints:
-    """Return the sample indices of short, evenly spaced windows without gyro breaks,
+    """Return the sample indices of short, evenly spaced windows without gyro breaks, as an array of
     shape (w, k).
     """
     n, rate = len(batch.times), np.linalg.norm(batch.gyro_rates * batch.durations[:, None], axis=1)
@@ -182,8 +182,8 @@ def _normalize_vectors(batch: Batch, index: int, body: Floats, samples: Ints) ->
 
 
 def _predict_misfit(batch: Batch, index: int) -> float:
-    """Predict the mean squared error of a sensor's unit vectors from its noise and the prior
-    1-sigmas of its bias and misalignment [rad²].
+    """Predict the mean squared error [rad²] of a sensor's unit vectors from its noise and the prior
+    1-sigmas of its bias and misalignment.
     """
     first_indices = batch.suite.get_first_indices(batch.suite.sensors[index])
     sigma = PriorEstimate.from_suite(batch.suite).sigma
@@ -229,8 +229,8 @@ def _accumulate_rotations(angles: Floats) -> Floats:
 
 
 def _compute_misfit(vectors: Sequence[WindowVectors], rotations: Floats) -> float:
-    """Solve Wahba's problem in each window, and return the mean squared residual over all windows
-    [rad²].
+    """Solve Wahba's problem in each window, and return the mean squared residual [rad²] over all
+    windows.
     """
     profile, total = np.zeros((len(rotations), 3, 3)), np.zeros(len(rotations))
     for body, references, weight in vectors:

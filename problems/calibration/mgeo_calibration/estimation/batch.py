@@ -112,7 +112,9 @@ class Batch:
 
     @property
     def has_reading(self) -> Bools:
-        """Boolean mask of the samples at which each sensor has a reading, shape (s, n + 1)."""
+        """Boolean mask of shape (s, n + 1) that marks the samples at which each sensor has a
+        reading.
+        """
         return np.stack([np.isfinite(rows[:, 0, 0]) for rows in self.readings])
 
     def select_samples(self, low: int, high: int) -> Batch:
@@ -296,8 +298,8 @@ def mask_dark_readings(sensor: Sensor, readings: Floats) -> Floats:
 
 
 def _compute_noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
-    """Return the 1-sigma noise of each component of a sensor's readings, including quantization,
-    shape (k,).
+    """Return the 1-sigma noise of each component of a sensor's readings, including quantization, as
+    an array of shape (k,).
     """
     step, sigma = telemetry.find_quantization_steps(sensor.name), np.array(sensor.noise_sigmas())
     if sensor.has_unit_length:

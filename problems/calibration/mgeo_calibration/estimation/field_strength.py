@@ -182,10 +182,10 @@ def fit_magnetometer(
 
 
 def compute_initial_states(batch: Batch, prior: PriorEstimate) -> Floats:
-    """Return the initial states of a fit, shape (n_states,). Magnetometers that may have a large
-    bias are calibrated from the field strength; all other states are the prior states.
+    """Return the initial states of a fit, as an array of shape (n_states,). Magnetometers that may
+    have a large bias are calibrated from the field strength; all other states are the prior states.
 
-    Without this estimate, a large bias would corrupt the measured field directions.
+    Without this calibration, a large bias would corrupt the measured field directions.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def _compute_residuals(
 
 
 def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
-    """Propagate the magnetometer noise to the 1-sigma of each residual, shape (n,).
+    """Propagate the magnetometer noise to the 1-sigma of each residual, as an array of shape (n,).
 
     Noise w adds 2 uᵀ W w + |W w|² to a residual, with W = (I + diag k + N)⁻¹.
     """
@@ -256,7 +256,8 @@ def _compute_sigma(values: Floats, measured: Floats, sigma: Floats) -> Floats:
 
 
 def _estimate_linear(measured: Floats, strength: Floats, sigma: Floats, is_free: Bools) -> Floats:
-    """Return an initial linear least-squares estimate of the nine unknowns, shape (9,).
+    """Return an initial linear least-squares estimate of the nine unknowns, as an array of
+    shape (9,).
 
     If one element of k or N is free, all six are estimated; the caller resets the fixed ones.
 

@@ -181,8 +181,8 @@ def collect_directions(batch: Batch, rotations: Floats, states: Floats) -> Direc
 
 
 def compute_sun_directions(suite: Suite, readings: Sequence[Floats], states: Floats) -> Floats:
-    """Estimate the Sun direction in the body frame from all photodiodes at each sample,
-    shape (N, 3).
+    """Estimate the Sun direction in the body frame at each sample from all photodiodes, as an array
+    of shape (N, 3).
 
     The solution needs at least three lit photodiodes with normals that are well apart; other
     samples are NaN.

@@ -105,8 +105,8 @@ class Estimate:
         return Estimate(self.rotation_indices, rotations, states, covariance)
 
     def compute_errors(self, attitude: Floats, states: Floats) -> Floats:
-        """Return the errors of the estimate relative to the true attitude and states,
-        shape (n_states, r).
+        """Return the errors of the estimate relative to the true attitude and states, as an array
+        of shape (n_states, r).
 
         `correct` with these errors gives the true state.
 

@@ -61,8 +61,8 @@ class ProcessEquations:
 
 
 def compute_constant_factors(batch: Batch, partition: Partition) -> Floats:
-    """Return the decay of the states without process noise since the first sample, as factors of
-    shape (N, c).
+    """Return the factors by which states without process noise have decayed since the first sample,
+    as an array of shape (N, c).
 
     All factors are one, except for a gyro bias that decays without process noise.
 

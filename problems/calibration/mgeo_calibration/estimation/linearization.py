@@ -259,8 +259,8 @@ def compute_sensor_innovations(
 
 
 def compute_innovations(batch: Batch, index: int, trajectory: Trajectory) -> Floats:
-    """Return the innovations of one sensor at all samples, shape (N, k). Samples without a reading
-    are NaN.
+    """Return the innovations of one sensor at all samples, as an array of shape (N, k). Samples
+    without a reading are NaN.
 
     Parameters
     ----------

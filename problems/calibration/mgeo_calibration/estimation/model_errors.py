@@ -52,7 +52,8 @@ VectorRates = Callable[[Equations, int], Floats]
 
 
 def compute_smoothed_rates(solution: Solution) -> Floats:
-    """Compute the mean body rate in each step from the smoothed attitude, shape (N - 1, 3) [rad/s].
+    """Compute the mean body rate in each step [rad/s] from the smoothed attitude, as an array of
+    shape (N - 1, 3).
 
     If the declared gyro noise is too large, the smoothed attitude follows the noise of single
     readings. The rates are therefore filtered over as many steps as the motion allows (A. Savitzky,
@@ -76,8 +77,8 @@ def compute_smoothed_rates(solution: Solution) -> Floats:
 
 
 def estimate_angle_random_walk(solution: Solution) -> float:
-    """Estimate the angle random walk of the gyro by comparing its rates with the smoothed attitude
-    [rad/sqrt(s)].
+    """Estimate the gyro's angle random walk [rad/sqrt(s)] by comparing its rates with the smoothed
+    attitude.
 
     Parameters
     ----------
@@ -387,8 +388,8 @@ def build_misalignment_channel_error(index: int, channel: Floats) -> ModelError:
 
 
 def compute_ramps(elapsed_fractions: Floats) -> Floats:
-    """Evaluate `N_PARTS` ramp functions at the given times, shape (n, N_PARTS). Each ramp rises
-    from zero to one within its part of the data.
+    """Evaluate `N_PARTS` ramp functions at the given times, as an array of shape (n, N_PARTS). Each
+    ramp rises from zero to one within its part of the data.
 
     Parameters
     ----------
@@ -416,7 +417,7 @@ def build_step_profile(part: int) -> Profile:
 
 def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
     """Evaluate an offset profile that grows linearly from zero at the start of the data to one at
-    the end, shape (n, 1).
+    the end, as an array of shape (n, 1).
 
     Parameters
     ----------
@@ -427,8 +428,8 @@ def compute_linear_profile(elapsed_fractions: Floats) -> Floats:
 
 
 def compute_cosine_profiles(elapsed_fractions: Floats) -> Floats:
-    """Evaluate cosine offset profiles with 1 to `N_HALF_WAVES` half waves, one per column,
-    shape (n, N_HALF_WAVES). All profiles start at zero.
+    """Evaluate cosine offset profiles with 1 to `N_HALF_WAVES` half waves, as columns of an array
+    of shape (n, N_HALF_WAVES). All profiles start at zero.
 
     Parameters
     ----------
@@ -504,8 +505,8 @@ def _build_rate_error(
 
 
 def _compute_rate_sensitivity(equations: Equations) -> Floats:
-    """Return the derivative of the attitude error with respect to the gyro rate error in each step,
-    shape (n - 1, 3, 3) [s].
+    """Return the derivative of the attitude error with respect to the gyro rate error in each step
+    [s], as an array of shape (n - 1, 3, 3).
     """
     partition, process = equations.partition, equations.process
     if (partition.stochastic == 3).any():
@@ -519,8 +520,8 @@ def _compute_rate_sensitivity(equations: Equations) -> Floats:
 
 
 def _compute_vector_changes(state: str, vectors: Floats) -> Floats:
-    """Return how each vector changes if a calibration parameter is `LARGE_AXES_ERROR` on one axis,
-    shape (n, 3, 3).
+    """Return an array of shape (n, 3, 3) with the change of each vector due to a calibration
+    parameter of `LARGE_AXES_ERROR` on each axis.
     """
     if state == "misalignment":
         columns: Floats = -np.moveaxis(skew(vectors.T), -1, 0)
@@ -546,8 +547,8 @@ def _compute_vector_rate(solution: Solution, equations: Equations, index: int) -
 
 
 def _compute_offset_columns(equations: Equations, index: int) -> Floats:
-    """Return how a sensor's readings change due to an offset of `LARGE_OFFSET` noise 1-sigmas on
-    each axis, shape (n, 3, 3). The axes are samples, reading components and offset axes.
+    """Return the change of a sensor's readings due to an offset of `LARGE_OFFSET` noise 1-sigmas on
+    each axis. The result has the shape (n, 3, 3): samples, reading components and offset axes.
     """
     suite = equations.batch.suite
     sensor = suite.sensors[index]

@@ -86,7 +86,7 @@ class PriorEstimate:
         return replace(self, attitude=None, states=states, sigma=sigma, correlation=correlation)
 
     def compute_difference(self, attitude: Floats, states: Floats) -> Floats:
-        """Return an estimate at the first sample minus the prior, shape (n_states,).
+        """Return an estimate at the first sample minus the prior, as an array of shape (n_states,).
 
         Differences of rotations are rotation vectors. The attitude difference is zero if the
         attitude of the prior is unknown.

@@ -440,7 +440,9 @@ def smooth_covariances(
 
 
 def compute_last_covariance(solution: Solution) -> Floats:
-    """Return the covariance of all states at the last sample, shape (n_states, n_states)."""
+    """Return the covariance of all states at the last sample, as an array of
+    shape (n_states, n_states).
+    """
     partition, constant_factors = solution.partition, solution.constant_factors[-1]
     d, n = len(partition.stochastic), len(partition.stochastic) + len(partition.constant)
     _, T, P_conditional = solution.span_starts[-1]

@@ -22,7 +22,7 @@ _SIGMA_PER_MAD = 1.4826
 
 
 def find_outlying_lengths(batch: Batch) -> Bools:
-    """Return a boolean mask of the readings whose vector length is an outlier, shape (s, N).
+    """Return a boolean mask of shape (s, N) that marks the readings with an outlying vector length.
 
     The length relative to the modeled length is compared with the median of the same sensor,
     because a bias changes all lengths equally, or by less than the scatter of the lengths. Only

@@ -7,8 +7,8 @@ from mgeo_attitude.filter.polynomials import discretize_isotropic
 
 @compile_cached("void(float64[:,:,::1], float64[:,:,::1])")
 def accumulate_rotations(step_rotations, R):
-    """Accumulate the rotations of the steps. R receives the rotation matrices from the body frame
-    at each sample to the body frame at the first sample.
+    """Write to R the rotation matrices from the body frame at each sample to the body frame at the
+    first sample.
 
     R[0] is the identity, and R[k + 1] = R[k] step_rotations[k]ᵀ.
 
