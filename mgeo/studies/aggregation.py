@@ -24,8 +24,8 @@ TARGET_DISTANCES = 10.0 ** np.linspace(-0.1, -5.0, 50)
 def compute_problem_values(
     comparisons: Mapping[str, Comparison], per_variable: bool = False
 ) -> pd.DataFrame:
-    """Return the median default indicator of each algorithm over its runs, as a table with one row
-    per problem and evaluation count.
+    """Compute the median default indicator of each algorithm over its runs, one row per problem and
+    evaluation count.
 
     Failed runs are omitted, and the sign of the indicator is such that larger is better. For a run
     with zero hypervolume, the negative additive epsilon is used instead, so that fronts beyond the
@@ -55,8 +55,8 @@ def compute_problem_values(
 
 
 def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
-    """Return the average rank of each algorithm over all problems, with a test against a control
-    algorithm, as a table.
+    """Compute the average ranks of the algorithms over all problems, and test each algorithm
+    against a control algorithm.
 
     Ranks are averaged for each evaluation count that all problems have in common. Instances and
     sizes of one function are not independent problems, so each function counts once: ranks are
@@ -130,8 +130,8 @@ def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
 
 
 def compute_runtimes(comparisons: Mapping[str, Comparison]) -> dict[str, FloatArray]:
-    """Return the number of evaluations per variable after which each run reached each hypervolume
-    target, as a dict of one sorted array per algorithm.
+    """Return the runtimes of each algorithm, in evaluations per variable until a run reaches a
+    hypervolume target.
 
     The targets of a problem are below the best final hypervolume of all runs by the shares
     `TARGET_DISTANCES`. Runtimes are resolved to the evaluation counts of the study. Failed runs
@@ -171,8 +171,8 @@ def compute_runtimes(comparisons: Mapping[str, Comparison]) -> dict[str, FloatAr
 
 
 def compute_runtime_distribution(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return a table of the share of hypervolume targets that each algorithm reached within a
-    number of evaluations per variable.
+    """Return the share of hypervolume targets that each algorithm reaches within a number of
+    evaluations per variable.
 
     Parameters
     ----------
@@ -261,8 +261,8 @@ def _rank_algorithms(
 
 
 def _signed_rank_test(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
-    """Return the two-sided p value of Wilcoxon's signed-rank test, after averaging the signed ranks
-    over the pairs of each block.
+    """Return the two-sided p value of Wilcoxon's signed-rank test for signed ranks that are
+    averaged over each block.
     """
     is_different = a != b
     differences = a[is_different] - b[is_different]

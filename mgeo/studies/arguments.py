@@ -47,7 +47,7 @@ def label_algorithms(
 
 
 def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
-    """Return the listed seeds as a tuple, or the seeds 1 to n if `seeds` is the number n.
+    """Convert the argument `seeds` to a tuple. An integer n stands for the seeds 1 to n.
 
     Raises
     ------
@@ -63,8 +63,8 @@ def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def expand_grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
-    """Return the evaluation counts at which fronts are evaluated, in ascending order and ending
-    with `n_eval`: the counts in `grid`, or `grid` equal steps if it is an integer.
+    """Return the evaluation counts at which fronts are evaluated, ending with `n_eval`. An integer
+    `grid` stands for equal steps.
 
     Parameters
     ----------

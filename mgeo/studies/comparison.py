@@ -130,7 +130,7 @@ class Comparison:
 
     @property
     def part_indicators(self) -> list[Indicator]:
-        """List of hypervolume indicators, one per part of a front (a range of the first objective).
+        """Hypervolume indicators of the parts of a front, one per range of the first objective.
 
         The list is empty if the parts were not evaluated.
         """
@@ -177,7 +177,8 @@ class Comparison:
         return [r.front_F for (name, _), r in self.finished_runs.items() if name == algorithm]
 
     def describe_failures(self, label: str, *, all_failed_only: bool = False) -> list[str]:
-        """Return a sentence for each algorithm with failed runs: their number and the first error.
+        """Describe the failed runs of each algorithm in one sentence, with their number and the
+        first error.
 
         Parameters
         ----------
@@ -197,7 +198,8 @@ class Comparison:
         return sentences
 
     def collect_final_values(self, indicator: str | None = None) -> dict[str, FloatArray]:
-        """Return a dict of final indicator values by algorithm, negated if lower values are better.
+        """Return the final indicator values of each algorithm. Values are negated if lower is
+        better.
 
         Parameters
         ----------
@@ -253,7 +255,7 @@ class Comparison:
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
     def summarize(self) -> pd.DataFrame:
-        """Return a table of statistics of each algorithm's final indicator values over its runs.
+        """Build a table of statistics of each algorithm's final indicator values.
 
         Returns
         -------
@@ -270,7 +272,7 @@ class Comparison:
         return statistics.reindex(self.algorithms)
 
     def test_differences(self, indicator: str | None = None) -> SignificanceTests:
-        """Test the differences between algorithms in an indicator, in pairs and all together.
+        """Test the differences between algorithms in one indicator, both pairwise and overall.
 
         Pairs are compared by the Mann-Whitney test with Holm's correction and an effect size, all
         algorithms together by the Kruskal-Wallis test. A finished run without a front has the worst
@@ -293,7 +295,8 @@ class Comparison:
         )
 
     def format_overview(self) -> pd.DataFrame:
-        """Return a text table of the mean ± standard deviation of each indicator by algorithm.
+        """Return a text table with the mean ± standard deviation of each indicator for each
+        algorithm.
 
         The first column is the number of finished runs. Indicator columns are named by the titles
         of the indicators.
@@ -319,7 +322,7 @@ class Comparison:
         return build_problem_table(self).to_markdown()
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Draw all figures that apply to the problem, and return them as a dict by name.
+        """Draw all figures that apply to the problem, and return them keyed by name.
 
         The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``panels``,
         ``attainment`` and ``difference`` (two objectives). ``difference`` compares the two best

@@ -204,7 +204,7 @@ def read_comparisons(
 
 
 def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
-    """Return the path of the folder in which the results of one problem of a study are stored.
+    """Return the folder that stores the results of one problem of a study.
 
     The results are in the folder of the study if it has one problem, otherwise in a subfolder.
     """
@@ -212,7 +212,7 @@ def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
 
 
 def format_folder_name(label: str) -> str:
-    """Convert a label to a valid folder name, such that different labels give different names.
+    """Convert a label to a valid folder name. Different labels give different names.
 
     In labels that consist only of lower-case words, digits and underscores, spaces are replaced by
     hyphens. In other labels, further characters are replaced as well, and the name ends in ``~``

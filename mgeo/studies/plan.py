@@ -37,8 +37,8 @@ _MAX_ARRAY_SIZE = 100  # Larger arrays are described by shape and hash.
 
 @contextmanager
 def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
-    """Context manager that locks a study folder. It stores the plan of a new study; the plan of a
-    resumed study must equal the stored plan.
+    """Context manager that locks a study folder. A new study stores its plan; a resumed study must
+    match the stored plan.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
-    """Return an algorithm's class and the attributes specific to it, as a JSON-serializable dict.
+    """Describe an algorithm by its class and its specific attributes, as a JSON-serializable dict.
 
     Attributes that every pymoo algorithm has are omitted.
     """
@@ -99,7 +99,7 @@ def describe_problem(problem: Problem) -> dict[str, Any]:
 
 
 def describe_value(value: Any, depth: int = _MAX_DEPTH) -> Any:
-    """Convert any value to JSON values; an object becomes a dict of its class and attributes.
+    """Convert any value to JSON values. An object becomes a dict of its class and attributes.
 
     Attributes are converted recursively to `depth` levels of nested objects. Large arrays are
     replaced by their shape and hash. Objects with equal descriptions may still behave differently.
@@ -131,7 +131,7 @@ _find_distributions = cache(packages_distributions)
 
 
 def list_study_versions(*objects: Any) -> dict[str, str]:
-    """Return a dict of versions: Python, mgeo, and all packages that define the given objects.
+    """Return the versions of Python, mgeo and all packages that define the given objects.
 
     Parameters
     ----------

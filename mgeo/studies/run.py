@@ -49,7 +49,7 @@ class Task:
 
 
 def run_task(task: Task) -> StudyRun | str:
-    """Execute a run and return it as a `StudyRun`, or return the error message if the run fails.
+    """Execute a run and return it as a `StudyRun`. If the run fails, return the error message.
 
     Returning errors instead of raising them lets the other runs continue.
     """
@@ -236,7 +236,9 @@ class ReportingEvaluator(Evaluator):
 
 
 def _select_numeric_rows(X: list[Any], rows: Any) -> Any:
-    """Return selected designs as a float array, which has no columns if they are not numeric."""
+    """Return selected designs as a float array. Designs that are not numeric give an array without
+    columns.
+    """
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)

@@ -111,7 +111,8 @@ def classify_effect_size(effect_size: float) -> str:
 
 
 def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
-    """Return a table of Mann-Whitney tests between samples, with one row for each pair of samples.
+    """Compare all pairs of samples by the Mann-Whitney test, and return a table with one row per
+    pair.
 
     Larger values are better.
 
@@ -136,7 +137,7 @@ def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
-    """Return the mean rank of the values of each sample among all values, as a Series, best first.
+    """Rank the values of all samples together, and return the mean rank of each sample, best first.
 
     The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
     one with the better mean rank has a `vargha_delaney_effect_size` above one half.
@@ -273,7 +274,7 @@ def nemenyi_critical_difference(
 def bootstrap_band(
     samples: FloatArray, level: float = 0.95, n_resamples: int = 2000, seed: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the bootstrap confidence band of the mean curve of all runs: lower and upper bounds.
+    """Return the lower and upper bounds of the bootstrap confidence band of the mean curve.
 
     Whole runs are resampled, so that the band applies to whole curves. The bounds are percentiles.
 

@@ -28,8 +28,8 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True)
 class ProblemConfiguration:
-    """One problem of a study: its label, name, options, and the values of the first objective that
-    divide its front into parts.
+    """Problem of a study: label, name, options and the values of the first objective that divide
+    its front into parts.
     """
 
     label: str
@@ -38,7 +38,7 @@ class ProblemConfiguration:
     parts: tuple[float, ...] | None = None
 
     def build(self) -> Problem:
-        """Build the problem of this name, from a plugin or a benchmark collection.
+        """Build the problem from a plugin or a benchmark collection.
 
         Raises
         ------
@@ -50,7 +50,7 @@ class ProblemConfiguration:
 
 @dataclass(frozen=True)
 class AlgorithmConfiguration:
-    """One algorithm of a study: its label, name and parameters."""
+    """Algorithm of a study: label, name and parameters."""
 
     label: str
     name: str
@@ -147,8 +147,8 @@ class Study(StudySettings):
         return values
 
     def compute_budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Return the number of evaluations of a run on a problem, and the evaluation counts at
-        which fronts are evaluated.
+        """Return the evaluation budget of a run, and the evaluation counts at which its fronts are
+        evaluated.
 
         Returns
         -------

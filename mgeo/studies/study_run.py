@@ -19,7 +19,7 @@ from mgeo.store.readers import decode_npz
 
 @dataclass(frozen=True, eq=False)
 class StudyRun:
-    """Finished run of a study: every point that was on its front at some time, and its statistics.
+    """Finished run of a study, with statistics and every point that was ever on its front.
 
     Attributes
     ----------

@@ -46,7 +46,8 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """Text table that marks the best values and those not significantly different from them.
+    """Text table that marks the best values and all values without a significant difference from
+    the best.
 
     Row names and column names are unique.
 
@@ -98,8 +99,8 @@ class MarkedTable:
 
 
 def build_problem_table(comparison: Comparison) -> MarkedTable:
-    """Build a table of the mean ± sd of each indicator (columns) for each algorithm (rows), with
-    the best algorithms marked.
+    """Build a table of the mean ± standard deviation of each indicator, one row per algorithm, with
+    the best values marked.
     """
     best, equivalent = [], []
     for indicator in comparison.all_indicators:
@@ -110,8 +111,8 @@ def build_problem_table(comparison: Comparison) -> MarkedTable:
 
 
 def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Build a table of the mean ± sd of the default indicator for each problem (rows) and algorithm
-    (columns).
+    """Build a table of the mean ± standard deviation of the default indicator, with one row per
+    problem and one column per algorithm.
 
     The best algorithms are marked in each row.
     """

@@ -149,7 +149,7 @@ def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | 
 
 
 def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Execute a short run on random objectives, and return the sizes of its generations and the
+    """Execute a short run on random objectives. Return the sizes of its generations and the
     candidates of each evaluated batch.
     """
     batches: list[Any] = []
@@ -168,7 +168,7 @@ def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]
 
 @contextmanager
 def _randomize_values(problem: Problem) -> Iterator[None]:
-    """Context manager in which a problem returns reproducible random objectives and constraints.
+    """Context manager that makes a problem return reproducible random objectives and constraints.
 
     This applies to all fidelity levels.
     """
@@ -194,7 +194,7 @@ def _randomize_values(problem: Problem) -> Iterator[None]:
 
 
 def _evaluate_points(problem: Problem, X: Any) -> FloatArray:
-    """Evaluate points, and return objectives and constraint values as columns of one array."""
+    """Evaluate points, and return their objectives and constraint values in one array."""
     population = Population.new("X", X)
     TolerantEvaluator(warn=False).eval(problem, population)
     return np.column_stack(population.get("F", "G", "H"))

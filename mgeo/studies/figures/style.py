@@ -31,12 +31,13 @@ class TraceStyle:
         return "rgba({},{},{},{})".format(*hex_to_rgb(self.color), opacity)
 
     def build_line(self, width: float) -> dict[str, Any]:
-        """Return the color, dash pattern and width [px] of a curve as a dict for plotly."""
+        """Return the plotly line properties of a curve with the given width [px]."""
         return {"color": self.color, "dash": self.dash, "width": width}
 
 
 def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
-    """Return a distinct color, dash pattern and symbol for each algorithm, as a dict by label.
+    """Assign a distinct color, dash pattern and symbol to each algorithm, and return the styles
+    keyed by label.
 
     The style depends on the position of the algorithm. Up to 21 styles are distinct.
     """
