@@ -69,7 +69,7 @@ def lay_out_table(
     width : int
         Width of the terminal [columns].
     decimals : mapping of str to int, optional
-        Columns with a fixed number of decimals, by title.
+        Numbers of decimals of columns, keyed by column title.
 
     Returns
     -------
@@ -112,7 +112,6 @@ def lay_out_table(
 
 
 def _measure_columns(heads: Sequence[list[str]], cells: Sequence[Sequence[list[str]]]) -> list[int]:
-    """Return the width of each column of a table."""
     return [
         max(len(line) for lines in (head, *column) for line in lines)
         for head, column in zip(heads, cells, strict=True)
@@ -140,7 +139,6 @@ def _split_columns(
 
 
 def _split_unit(title: str) -> list[str]:
-    """Split a column title into a name and a unit."""
     name, _, unit = title.partition(" [")
     return [name, unit.removesuffix("]")] if unit else [name]
 

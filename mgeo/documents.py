@@ -130,7 +130,7 @@ class DryRun(TypedDict):
     configuration: RunConfiguration
     """All settings of the run, defaults included."""
     facts: dict[str, str]
-    """Properties of the problem, by name."""
+    """Properties of the problem, keyed by name."""
     warnings: list[str]
     """Warnings about the problem, each with what to do."""
     folder: str
@@ -263,7 +263,7 @@ class ProblemResults(TypedDict):
     ranking: list[str]
     """Labels of the algorithms, best mean rank first."""
     algorithms: dict[str, dict[str, Statistics]]
-    """Statistics by the label of the algorithm and the indicator, such as "hypervolume"."""
+    """Statistics, keyed by algorithm label and by indicator, such as "hypervolume"."""
 
 
 class StudyDocument(TypedDict):
@@ -288,7 +288,7 @@ class StudyDocument(TypedDict):
     ranks: list[RankRow]
     """Ranks of the algorithms over all problems, best first."""
     problems: dict[str, ProblemResults]
-    """Results by the label of the problem."""
+    """Results, keyed by problem label."""
 
 
 class StudyDryRun(TypedDict):
@@ -299,7 +299,7 @@ class StudyDryRun(TypedDict):
     title: str
     """Title of the study."""
     problems: dict[str, ProblemSize]
-    """Sizes of the problems, by label."""
+    """Sizes of the problems, keyed by label."""
     algorithms: list[str]
     """Labels of the algorithms."""
     evaluations: int

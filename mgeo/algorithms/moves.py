@@ -461,7 +461,6 @@ class DirectedMoves(ExtremalOptimization):
 
     @property
     def _n_candidates(self) -> int:
-        """Number of candidates that each walker proposes per generation."""
         return min(len(self.variables.xl), self.max_candidates)
 
     def _select_adaptive_walkers(self, weights: FloatArray) -> IntArray:

@@ -54,7 +54,7 @@ class Variables:
     names : tuple of str, length n_var, or None
         Keys of a design if designs are dicts, as in ``Problem(vars=...)``, else None.
     options : mapping of str to tuple
-        Options of each choice by variable name.
+        Options of each choice variable, keyed by variable name.
     """
 
     kinds: tuple[Kind, ...]

@@ -70,9 +70,9 @@ def evaluate_batch(
     Returns
     -------
     values : dict of str to array
-        Values by name, n rows each. "F", "G" and "H" are NaN in rows that raised.
+        Arrays of n rows, keyed by name. "F", "G" and "H" are NaN in rows that raised.
     failures : dict of int to Failure
-        Failures by row of `X`.
+        Failures, keyed by the row of `X`.
 
     Raises
     ------
@@ -167,9 +167,9 @@ def _find_nonfinite(values: Values) -> dict[int, Failure]:
 def _catch_failures(problem: Problem, failures: dict[int, Failure]) -> Problem:
     """Return a copy of an elementwise problem that records exceptions instead of raising them.
 
-    The copy adds the failure of each element to the dict `failures`, by row. The original problem
-    evaluates the elements, so that attributes that its `_evaluate` changes, such as counters, stay
-    up to date.
+    The copy adds the failure of each element to the dict `failures`, keyed by row. The original
+    problem evaluates the elements, so that attributes that its `_evaluate` changes, such as
+    counters, stay up to date.
     """
 
     def run(f: Any, X: Any) -> list[dict[str, Any]]:

@@ -95,7 +95,7 @@ def convert_dicts_to_numbers(
     Parameters
     ----------
     designs : array of dict, shape (n,)
-        Values by variable name.
+        Dicts that map variable names to values.
     names : sequence of str, length n_var
         Variables in the order of the columns.
     options : mapping of str to sequence

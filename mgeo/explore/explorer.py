@@ -121,7 +121,7 @@ class Explorer:
         Returns
         -------
         metrics : dict of str to float
-            Objectives and quick metrics of the design, by column of `table`.
+            Objectives and quick metrics of the design, keyed by column of `table`.
         margins : list of ConstraintMargin
             Margin of the design with respect to each constraint.
         """

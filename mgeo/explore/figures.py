@@ -94,7 +94,7 @@ def draw_front(
     selected_row
         Position of the selected solution.
     design_metrics
-        Metrics of the design of the sliders, by column.
+        Metrics of the design that the sliders define, keyed by column.
     """
     hidden_rows = np.setdiff1d(np.arange(len(table)), visible_rows)
     hover = f"{table.index.name} %{{text}}<br>%{{x:.5g}}, %{{y:.5g}}<extra></extra>"

@@ -44,7 +44,7 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
     folder : path
         Existing folder.
     contents : mapping of str to bytes
-        Content of each file by name.
+        Contents, keyed by file name.
 
     Raises
     ------

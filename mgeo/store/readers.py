@@ -81,7 +81,7 @@ def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
     Returns
     -------
     dict of str to array
-        Arrays by name.
+        Arrays, keyed by name.
 
     Raises
     ------

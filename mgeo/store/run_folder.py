@@ -49,7 +49,7 @@ class RunDocument(Table):
     configuration : RunConfiguration
         All settings of the run, defaults included.
     versions : dict of str to str
-        Versions of Python and of the packages, by name.
+        Versions of Python and of the packages, keyed by name.
     n_solutions : int
         Number of solutions in front.csv.
     n_nearest : int
@@ -124,7 +124,7 @@ def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[An
     outcome : Outcome
         Outcome of the run.
     arrays : mapping of arrays, shape (n, ...)
-        Additional arrays by name.
+        Additional arrays, keyed by name.
 
     Raises
     ------

@@ -79,7 +79,7 @@ def get_parameter_descriptions(cls: type) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Description of each parameter by name, in one line without a final period.
+        Descriptions in one line without a final period, keyed by parameter name.
     """
     lines: dict[str, str] = {}
     for each in cls.__mro__:

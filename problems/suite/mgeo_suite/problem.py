@@ -48,9 +48,9 @@ class SensorSuiteProblem(ProblemMixin, Problem):
     maneuvers. The first variables are pymoo's `Choice` of a grade of gyro, magnetometer, star
     tracker (or none), and Sun sensor on each face (or none). The others are the real variables of
     the maneuvers, as in `mgeo_attitude.AttitudeManeuverProblem`: body rates ωx, ωy, ωz [deg/s] and
-    duration [s] of each maneuver. A design is a dict by variable, or a row of numbers in which a
-    choice is the index of its option. The constraints of the scenario are inequality constraints,
-    see `constraint_names`.
+    duration [s] of each maneuver. A design is a dict that maps variable names to values, or a row
+    of numbers in which a choice is the index of its option. The constraints of the scenario are
+    inequality constraints, see `constraint_names`.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         Parameters
         ----------
         X : array_like, shape (n, n_var) or (n,)
-            Designs as numbers or as dicts by variable.
+            Designs as numbers, or as dicts that map variable names to values.
 
         Returns
         -------

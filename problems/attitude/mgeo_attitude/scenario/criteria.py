@@ -146,7 +146,7 @@ class TraceWeights(BlockValues):
     Parameters
     ----------
     values : mapping of str to float, optional
-        Weights by block.
+        Weights, keyed by block name.
 
     Examples
     --------
@@ -215,7 +215,7 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
     key : str
         Key of the table in the message.
     values : mapping of str to float
-        Numbers by block.
+        Numbers, keyed by block name.
     known : collection of str
         Valid names.
     """

@@ -135,7 +135,7 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
     table : mapping
         Result of `Scenario.to_dict`.
     notes : mapping of str to str
-        Additional comment at the end of a table, by key.
+        Additional comments at the end of tables, keyed by table name.
     """
     head, tables = [_HEADER], []
     for key, value in table.items():

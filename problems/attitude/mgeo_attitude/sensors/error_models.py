@@ -157,8 +157,8 @@ def apply_bias_sensitivities(
     ----------
     sensitivities : sequence of BiasSensitivity
     errors : mapping
-        Error states by name. The coefficients are removed, and the errors that depend on them
-        change.
+        Error states, keyed by name. The coefficients are removed, and the errors that depend on
+        them change.
     channel_deviations : sequence
         Channel minus reference value of each sensitivity, in a shape that broadcasts with the
         states.
