@@ -135,7 +135,7 @@ class TrueParameter(TypedDict):
     axis: str
     """Axis: "x", "y" or "z"."""
     unit: str
-    """Unit of telemetry."""
+    """Unit of the values, such as deg/h, arcmin or nT."""
     value: float
     """True value, in `unit`."""
 
@@ -163,7 +163,7 @@ class TruthFile(TypedDict):
     """True states by block, in the units of the filter: rad, rad/s, and magnetic fields divided by
     50,000 nT."""
     parameters: list[TrueParameter]
-    """The same states in the units of telemetry."""
+    """The same states, in the units of calibrations."""
 
 
 class SimulationDocument(TypedDict):
@@ -187,7 +187,7 @@ class ParameterRow(TypedDict):
     axis: str
     """Axis: "x", "y" or "z"."""
     unit: str
-    """Unit of telemetry."""
+    """Unit of the values, such as deg/h, arcmin or nT."""
     estimate: float
     """Estimate, in `unit`."""
     sigma: float

@@ -28,7 +28,6 @@ from mgeo_calibration.calibration.corrections import (
     compute_corrections,
     convert_block,
     convert_to_si,
-    list_telemetry_units,
 )
 from mgeo_calibration.calibration.model_tests import ModelTest, compute_variance_ratio
 from mgeo_calibration.estimation.residuals import History
@@ -84,11 +83,11 @@ class Calibration:
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
     >>> calibration = calibrate(scenario, simulate_telemetry(scenario, design, seed=1))
-    >>> calibration.build_table()[["block", "estimate", "sigma"]].head(3).round(4)
-           block  estimate   sigma
-    0  gyro.bias   -0.0136  0.0006
-    1  gyro.bias    0.0095  0.0004
-    2  gyro.bias    0.0040  0.0005
+    >>> calibration.build_table()[["block", "unit", "estimate", "sigma"]].head(3).round(1)
+           block   unit  estimate  sigma
+    0  gyro.bias  deg/h     -49.0    2.1
+    1  gyro.bias  deg/h      34.3    1.3
+    2  gyro.bias  deg/h      14.3    1.8
     """
 
     scenario: Scenario
@@ -127,14 +126,14 @@ class Calibration:
         axis.
 
         Columns: ``block``, ``axis``, ``unit``, ``estimate``, ``sigma`` (1-sigma of the estimate)
-        and ``prior_sigma``. Varying parameters are given at the last sample. The gyro bias is in
-        deg/s, other biases in the unit of the readings; misalignments are rotation vectors in deg.
+        and ``prior_sigma``. Varying parameters are given at the last sample. Units are those of
+        `Suite.units`, in which plans are shown, too; misalignments are rotation vectors.
         """
         scenario_prior, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
         prior = self.suite.initial_sigma(0.0) if scenario_prior is None else scenario_prior.sigma
         rows = []
-        for number, (block, unit) in enumerate(list_telemetry_units(self.suite).items(), start=1):
-            values = convert_block(self.suite, self.states, block)
+        for number, block in enumerate(self.suite.blocks[1:], start=1):
+            values, unit = convert_block(self.suite, self.states, block), self.suite.units[block]
             for i, axis in enumerate("xyz"):
                 k = 3 * number + i
                 sigmas = (sigma[k] * unit.factor, prior[k] * unit.factor)
@@ -429,10 +428,10 @@ class Calibration:
         Returns
         -------
         DataFrame
-            Columns: ``unit`` of telemetry, ``predicted``, ``achieved``, and ``ratio`` of achieved
-            to predicted. The prediction is the linear covariance of the plan at the last sample, or
-            at the end of the plan's scenario if that is earlier; ``attrs["time_s"]`` is the time.
-            ``attrs["motion"]`` describes the simulated motion where it is ambiguous.
+            Columns: ``unit`` as in `build_table`, ``predicted``, ``achieved``, and ``ratio`` of
+            achieved to predicted. The prediction is the linear covariance of the plan at the last
+            sample, or at the end of the plan's scenario if that is earlier; ``attrs["time_s"]`` is
+            the time. ``attrs["motion"]`` describes the simulated motion where it is ambiguous.
 
         Raises
         ------
@@ -456,8 +455,7 @@ class Calibration:
             )
         history = run_filter(model.full_duration_model, plan.trajectory.commanded_design)
         k = int(np.argmin(np.abs(history.times - self.time)))
-        units = {"attitude": suite.units["attitude"], **list_telemetry_units(suite)}
-        each = [units[block] for block in suite.blocks for _ in "xyz"]
+        each = [unit for unit in suite.units.values() for _ in "xyz"]
         factors = np.array([unit.factor for unit in each])
         predicted = history.sigma[k] * factors
         achieved = np.sqrt(np.diag(self.covariance)) * factors
@@ -484,9 +482,7 @@ class Calibration:
 
         names, prior = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
         states = np.zeros_like(self.states) if prior is None else prior.estimates
-        prior_values = [
-            convert_block(self.suite, states, block) for block in list_telemetry_units(self.suite)
-        ]
+        prior_values = [convert_block(self.suite, states, block) for block in self.suite.blocks[1:]]
         return draw_calibration_figures(
             self.build_table(), np.concatenate(prior_values), names, self.history
         )
