@@ -204,6 +204,21 @@ class ParameterRow(TypedDict):
     """SI unit."""
 
 
+class RequirementRow(TypedDict):
+    """Required 1-sigma of the scenario, compared with the calibration."""
+
+    block: str
+    """Gyro or sensor, and parameter, such as "gyro.bias", or "attitude"."""
+    unit: str
+    """Unit of the values, such as deg/h, arcmin or nT."""
+    required: float
+    """Required 1-sigma, in `unit`."""
+    achieved: float
+    """1-sigma of the calibration about the worst axis, in `unit`."""
+    satisfied: bool
+    """Whether the calibration is consistent and its 1-sigma satisfies the requirement."""
+
+
 class Correction(TypedDict):
     """Parameters with which the satellite corrects the readings of one gyro or sensor.
 
@@ -270,6 +285,8 @@ class CalibrationFile(TypedDict):
     """Time of the estimates in UTC."""
     attitude_1sigma_deg: float
     """Attitude accuracy, 1-sigma about the worst body axis."""
+    requirements: list[RequirementRow]
+    """Required 1-sigmas of the scenario; empty without any."""
     parameters: list[ParameterRow]
     """Calibration parameters with their 1-sigma."""
     corrections: dict[str, Correction]

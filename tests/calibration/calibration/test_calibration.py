@@ -80,6 +80,27 @@ def test_conclusion_is_consistent_or_states_failed_test(scenario, telemetry, cal
     assert "whiteness of mag" in {failure.test for failure in drifting.failures}
 
 
+def test_requirements_are_compared_with_worst_axes(scenario, telemetry):
+    required = {"attitude_deg": 0.001, "mag.bias_nt": 400.0, "sun.bias": 0.01}
+    demanding = dataclasses.replace(scenario, required_sigma=required)
+    found = calibrate(demanding, telemetry)
+    table = found.build_requirement_table()
+    assert table["satisfied"].to_dict() == {
+        "attitude": False,
+        "sun.bias": True,
+        "mag.bias": True,
+    }
+    assert table["required"].to_list() == pytest.approx([0.001, SUN_BIAS / 2.0, 400.0])
+    sigmas = found.build_table().groupby("block")["sigma"].max()
+    blocks = ["sun.bias", "mag.bias"]
+    np.testing.assert_allclose(table.loc[blocks, "achieved"], sigmas[blocks])
+    assert table.loc["attitude", "achieved"] == pytest.approx(found.attitude_sigma_deg)
+    assert "1 of 3 required 1-sigmas" in build_report(found)
+    wrong = dataclasses.replace(found, data_faults=("frozen samples",))
+    assert not wrong.build_requirement_table()["satisfied"].any()
+    assert calibrate(scenario, telemetry).build_requirement_table().empty
+
+
 def test_false_alarm_rate_equals_significance_level():
     """Innovations of white noise fail in 1 % of the cases over all tests."""
     rng, failed, runs = np.random.default_rng(0), 0, 2000

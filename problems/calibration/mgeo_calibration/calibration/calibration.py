@@ -13,6 +13,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.scenario.continuation import CONSISTENT
+from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
@@ -28,6 +29,7 @@ from mgeo_calibration.calibration.corrections import (
     compute_corrections,
     convert_block,
     convert_to_si,
+    format_label,
 )
 from mgeo_calibration.calibration.model_tests import ModelTest, compute_variance_ratio
 from mgeo_calibration.estimation.residuals import History
@@ -140,6 +142,30 @@ class Calibration:
                 rows.append((block, axis, unit.text, float(values[i]), *map(float, sigmas)))
         columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
         return pd.DataFrame(rows, columns=columns)
+
+    def build_requirement_table(self) -> pd.DataFrame:
+        """Return the required 1-sigmas of the scenario as a table with one row per requirement,
+        indexed by block. The table is empty if the scenario requires none.
+
+        Columns: ``unit`` as in `build_table`; ``required`` and ``achieved`` 1-sigma, the latter of
+        the worst axis at the last sample; and ``satisfied``. No requirement is satisfied by an
+        inconsistent calibration, because its 1-sigmas are not valid.
+        """
+        units = self.suite.units
+        achieved = np.sqrt(np.diag(self.covariance)).reshape(-1, 3).max(axis=1)
+        required = RequiredSigma(self.scenario.required_sigma).list_sigmas(units)
+        rows = {
+            block: (
+                unit.text,
+                bound * unit.factor,
+                float(sigma) * unit.factor,
+                self.is_consistent and bool(sigma <= bound),
+            )
+            for (block, unit), bound, sigma in zip(units.items(), required, achieved, strict=True)
+            if bound < np.inf
+        }
+        columns = ["unit", "required", "achieved", "satisfied"]
+        return pd.DataFrame(list(rows.values()), pd.Index(list(rows), name="block"), columns)
 
     def compute_corrections(self) -> dict[str, Any]:
         """Return the parameters with which the satellite corrects raw readings, as a nested dict:
@@ -261,7 +287,7 @@ class Calibration:
         if self.prior_tests:
             prior = min(self.prior_tests, key=lambda test: test.p)
             rows["prior"] = (
-                f"p ({prior.block})",
+                f"p of {format_label(prior.block)}",
                 prior.p,
                 "at least",
                 prior.significance_level,
@@ -278,7 +304,7 @@ class Calibration:
                 possible, key=lambda test: (not test.is_selected, test.p / test.significance_level)
             )
             rows["unmodeled errors"] = (
-                f"p ({model.name})",
+                f"p of {format_label(model.name)}",
                 model.p,
                 "at least",
                 model.significance_level,
@@ -317,7 +343,9 @@ class Calibration:
                 )
         for test in self.model_tests:
             if not test.degrees_of_freedom:
-                reasons[test.name] = f"not in the scenario, {test.description}"
+                reasons[test.name] = (
+                    f"not tested as an unmodeled error, because it is {test.description}"
+                )
         tested = {test.sensor for test in self.tests}
         for sensor in self.scenario.sensors:
             if sensor.name not in tested:
@@ -431,7 +459,7 @@ class Calibration:
             Columns: ``unit`` as in `build_table`, ``predicted``, ``achieved``, and ``ratio`` of
             achieved to predicted. The prediction is the linear covariance of the plan at the last
             sample, or at the end of the plan's scenario if that is earlier; ``attrs["time_s"]`` is
-            the time. ``attrs["motion"]`` describes the simulated motion where it is ambiguous.
+            the time. ``attrs["is_nominal"]`` is true if Monte Carlo runs of the plan differ.
 
         Raises
         ------
@@ -470,7 +498,7 @@ class Calibration:
         )
         result.attrs |= {
             "time_s": float(history.times[k]),
-            "motion": format_nominal_suffix(plan.scenario),
+            "is_nominal": bool(format_nominal_suffix(plan.scenario)),
         }
         return result
 

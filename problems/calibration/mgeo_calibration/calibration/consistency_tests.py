@@ -31,7 +31,7 @@ MAX_OUTLIER_FRACTION = 0.05
 #: reported as too large.
 _MIN_RMS_RATIO = 0.5
 #: Block name of the test of all states together.
-ALL_STATES = "all"
+ALL_STATES = "all parameters"
 
 
 @dataclass(frozen=True)

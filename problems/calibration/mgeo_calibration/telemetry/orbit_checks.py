@@ -221,8 +221,8 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
         result = float(np.median(np.degrees(chord) / duration))
         slack = bias + field_rate + np.degrees(3.0 * noise) / float(np.median(duration))
         if not result / 1.5 - slack < reported < 1.5 * result + slack:
-            value = f"{reported:.3g} deg/s across {sensor.name} (median)"
-            expected = f"about {result:.3g} deg/s, as {sensor.name} rotates"
+            value = f"median rate of {reported:.4g} deg/s perpendicular to {sensor.name}"
+            expected = f"about {result:.4g} deg/s, at which the vectors of {sensor.name} rotate"
             advice = "declare gyro.unit, gyro.scale or time_unit, or a larger initial_bias_deg_s"
             yield Finding("gyro", samples.format_place(both[1]), value, expected, advice)
 
