@@ -3,6 +3,7 @@ and key.
 """
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -147,6 +148,19 @@ def test_field_at_another_time_is_found_with_worst_sample(telemetry):
     (found,) = describe_findings(PAPER, later)["field strength against time"]
     assert found.startswith("mag at time ")
     assert "time_system" in found
+
+
+def test_scale_factor_of_all_axes_is_distinguished_from_field_at_another_time():
+    sun, mag = PAPER.sensors
+    mag = dataclasses.replace(mag, noise_nt=50.0, initial_bias_nt=200.0)
+    precise = dataclasses.replace(PAPER, sensors=(sun, mag))
+    read = simulate_telemetry(precise, [0.8, 0.3, -0.2, 300.0, -0.3, 0.9, 0.5, 300.0], 1)
+    scaled = dataclasses.replace(read, sensors=read.sensors | {"mag": 1.03 * read.sensors["mag"]})
+    (found,) = describe_findings(precise, scaled)["field strength against time"]
+    assert re.search(r"Set mag\.initial_scale_factor .* 3\.0 % too large", found)
+    later = dataclasses.replace(read, times=read.times + 1500.0)
+    (found,) = describe_findings(precise, later)["field strength against time"]
+    assert "initial_scale_factor" not in found
 
 
 def test_positions_in_another_frame_or_time_scale_are_identified(frame):

@@ -139,6 +139,11 @@ def print_simulation(
         notes.append("Magnetorquers are commanded as planned; no controller corrects the attitude.")
     elif simulator == "kinematic":
         notes.append("The planned rates are executed exactly, so that the initial error remains.")
+    else:
+        notes.append(
+            "The controller follows the attitude integrated from the gyro, whose errors add to the "
+            "initial error."
+        )
     if plan.scenario.path_constraints:
         notes.append("Angles of path constraints exclude the margin for the attitude error.")
     title = (
