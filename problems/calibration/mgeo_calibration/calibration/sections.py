@@ -398,7 +398,7 @@ def _build_model_table(calibration: Calibration) -> pd.DataFrame:
 
 def _format_chi_square(test: Any) -> list[str]:
     return [
-        f"{test.chi_square:.4g}",
+        f"{test.chi_square:.3g}",
         str(test.degrees_of_freedom),
         f"{test.p:.2g}",
         f"{test.significance_level:.2g}",
