@@ -190,7 +190,7 @@ class Calibration:
         with the group of the largest chi-square. Failed innovation tests come last, because an
         unmodeled error also affects the innovations of healthy sensors.
         """
-        data_failures = [Failure("telemetry", fault) for fault in self.data_faults]
+        data_failures = [Failure("telemetry faults", fault) for fault in self.data_faults]
         innovation_failures = [failure for test in self.tests for failure in test.list_failures()]
         # Chi-squares of model tests are divided by the variance ratio.
         variance_ratio = compute_variance_ratio(self.tests)
@@ -260,7 +260,7 @@ class Calibration:
         """
         rows: dict[str, tuple[str, float, str, float, bool]] = {}
         if self.data_faults:
-            rows["telemetry"] = "faults", float(len(self.data_faults)), "at most", 0.0, False
+            rows["telemetry faults"] = "number", float(len(self.data_faults)), "at most", 0.0, False
         for test in self.tests:
             name = test.sensor
             rows[f"noise of {name}"] = (

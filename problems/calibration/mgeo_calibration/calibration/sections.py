@@ -69,8 +69,8 @@ def build_summary_sections(
         "Other causes that cannot be distinguished from the likely cause": [
             text for failure in failures[:1] for text in failure.list_alternatives()
         ],
-        "Other failed tests, which may have the same cause": [
-            failure.summary for failure in failures[1:]
+        "Other failed tests, often with the same cause": [
+            ": ".join(filter(None, (failure.cause, failure.action))) for failure in failures[1:]
         ],
     }
     for title, texts in findings.items():
