@@ -134,7 +134,9 @@ def build_detail_sections(
                 note="\n".join(
                     [
                         "An error is found if p is below min p and no other error explains the "
-                        "data better. Estimate of each error, if it were the only one:",
+                        "data better. Chi-squares are divided by the ratio of the actual to the "
+                        "declared variance of the readings. Estimate of each error, if it were the "
+                        "only one:",
                         *(
                             f"- {test.description}"
                             + (f"; {test.alternatives}." if test.alternatives else ".")
@@ -260,8 +262,8 @@ def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
         )
     elif "misalignment" in states:
         lines.append(
-            f"Corrected vector in body axes = Rᵀ {reading}. R rotates vectors from body to sensor "
-            "axes; the misalignment is its rotation vector."
+            f"Corrected vector in body axes = Rᵀ {reading}. R transforms vectors from body to "
+            "sensor axes; the misalignment is its rotation vector."
         )
     elif "bias" in states:
         lines.append(f"Corrected vector = {reading}.")
