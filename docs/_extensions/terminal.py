@@ -63,9 +63,7 @@ def save(name: str, cell: str) -> None:
 
 
 def printed(command: str, fails: bool = False) -> str:
-    """Return what a command writes to a terminal; what it writes to stderr only if it is expected
-    to fail, and writes nothing else.
-    """
+    """What a command writes to a terminal; messages on stderr only if it is expected to fail."""
     if _SMALL:
         command = re.sub(r"(?<=--evaluations )\d+", "960", command)
         command = command.replace("attitude verify", "attitude verify --monte-carlo 20")
@@ -80,8 +78,8 @@ def printed(command: str, fails: bool = False) -> str:
         # A short search may find a plan that does not keep its promise.
         if fails != (code != 0) and not (_SMALL and code == 3):
             raise RuntimeError(f"{command}\n{messages.read()}")
-        if fails and not written:  # The result on stdout says what failed; stderr has an error.
-            written = messages.read().encode()
+        if fails:
+            written += messages.read().encode()
     lines = written.decode().replace(_RESET, "").splitlines()
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
