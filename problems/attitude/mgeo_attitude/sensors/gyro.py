@@ -78,8 +78,8 @@ class Gyro(Settings):
     bias_instability_deg_per_h: Annotated[
         PerAxis[Positive] | None, Unit("deg/h"), UsualRange(1e-4, 100.0)
     ] = None
-    """bias instability, the minimum of the Allan deviation, one number for all axes or one per
-    axis; replaces rate_random_walk and requires bias_decay"""
+    """bias instability, the maximum of the Allan deviation of the bias process, one number for all
+    axes or one per axis; replaces rate_random_walk and requires bias_decay"""
     bias_decay: Annotated[float, Unit("1/s")] = Field(default=0.0, ge=0.0)
     """inverse correlation time of the bias; 0 for a random walk"""
     initial_bias_deg_s: DegreesPerSecond = Field(default=0.01, gt=0.0)
@@ -106,7 +106,8 @@ class Gyro(Settings):
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h
         expected = (
-            "none without bias_decay, because the Allan deviation of a random walk has no minimum"
+            "bias_decay > 0 in the same table, the inverse correlation time of the bias in 1/s; or "
+            "rate_random_walk in place of bias_instability_deg_per_h"
         )
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, expected)
         walk = expand_per_axis(self.rate_random_walk)
