@@ -59,8 +59,8 @@ def test_largest_error_sources_come_first(plan, sections):
     assert (drivers["if halved"] < plan.attitude_sigma_deg).all()
 
 
-def test_phases_show_the_worst_axis(plan, sections):
-    shown, expected = sections["phases"].table, plan.compute_uncertainty_by_phase()
+def test_reduction_shows_the_worst_axis(plan, sections):
+    shown, expected = sections["reduction"].table, plan.compute_uncertainty_by_phase()
     axes = [f"attitude {axis} [deg]" for axis in "xyz"]
     np.testing.assert_array_equal(shown["attitude [deg]"], expected[axes].max(axis=1))
 

@@ -21,13 +21,14 @@ def describe_plan(plan: ManeuverPlan) -> list[str]:
 
 def _describe_accuracy(plan: ManeuverPlan) -> list[str]:
     attitude = plan.accuracy.iloc[0]
+    in_runs = f"{attitude['90 % of runs']:.2g} deg or less"
     sentences = [
         f"The predicted attitude accuracy is {attitude['predicted']:.2g} deg (1-sigma, worst "
-        f"body axis), and at most {attitude['90 % of runs']:.2g} deg in 90 % of Monte Carlo runs."
+        f"body axis). In 90 % of Monte Carlo runs, the 1-sigma is {in_runs}."
     ]
     if "ratio" in attitude:
         sentences.append(
-            f"The predicted value is {attitude['ratio']:.3g} times the lower bound for any "
+            f"The predicted 1-sigma is {attitude['ratio']:.3g} times the lower bound for any "
             "maneuver of this duration."
         )
     return sentences
