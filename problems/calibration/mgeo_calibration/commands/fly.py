@@ -76,7 +76,7 @@ def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Sect
     ----------
     title : str
     frame : DataFrame
-        Result of `compare_with_plan` or `summarize_gyro_guidance`.
+        Result of `compare_with_plan`.
     note : str
         Text below the table.
     """
@@ -125,7 +125,7 @@ def print_simulation(
     output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
     violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
     output.print_warnings([*list_warnings(plan), *violations])
-    note = "Norm: of the rates about the three axes."
+    note = "Body rate: about the worst body axis."
     if plan.scenario.path_constraints:
         note += " The angles of path constraints exclude the margin for the attitude error."
     if plan.scenario.is_magnetorquer_driven:

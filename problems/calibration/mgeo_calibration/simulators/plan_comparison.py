@@ -29,7 +29,7 @@ from mgeo_calibration.simulators.simulated_run import (
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 END_ERROR, MAX_ERROR = "final pointing error", "largest pointing error"
-MAX_RATE, WHEEL_MOMENTUM = "largest body rate (norm)", "largest wheel momentum"
+MAX_RATE, WHEEL_MOMENTUM = "largest body rate", "largest wheel momentum"
 _BOUND_COLUMNS = ["bound_type", "bound_value"]
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
@@ -73,8 +73,8 @@ def compute_constraint_values(
     plan: ManeuverPlan, attitude: Floats, wheel_momentum: Floats | None = None
 ) -> dict[str, float]:
     """Return the pointing errors [deg], the angle of each path constraint [deg], the largest body
-    rate [deg/s] and the largest wheel momentum of an attitude history, as a dict by name of the
-    quantity.
+    rate about any body axis [deg/s] and the largest wheel momentum of an attitude history, as a
+    dict by name of the quantity.
 
     A pointing error is the angle of the rotation between an attitude and the plan's attitude at the
     same sample. The dict contains the error at the last sample and the largest error. The angle of
@@ -101,8 +101,8 @@ def compute_constraint_values(
         result[constraint.label] = _compute_constraint_angle(
             constraint, scenario, at, attitude, np.vstack([np.zeros(3), step_rotations])
         )
-    rates = np.linalg.norm(step_rotations, axis=1) / scenario.step
-    result[MAX_RATE] = float(np.degrees(rates.max(initial=0.0)))
+    largest = np.abs(step_rotations).max(initial=0.0) / scenario.step
+    result[MAX_RATE] = float(np.degrees(largest))
     if scenario.wheels is not None:
         if wheel_momentum is None:
             start = plan.problem.model.initial_rate
@@ -288,11 +288,9 @@ def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
         return []
     half, most = summary.loc[END_ERROR, [MEDIAN_COLUMN, QUANTILE_COLUMN]]
     violations = summary[summary[VIOLATED_COLUMN] > 0.0]
-    violated = "".join(
-        f", {label} is violated in {share:.3g} %"
-        for label, share in violations[VIOLATED_COLUMN].items()
-    )
+    parts = [f"{label} in {share:.3g} %" for label, share in violations[VIOLATED_COLUMN].items()]
+    violated = f" Violated constraints: {', '.join(parts)} of the runs." if parts else ""
     return [
         "With gyro-based guidance from an uncertain initial attitude, half of the runs end within "
-        f"{half:.3g} deg of the planned attitude and 90 % within {most:.3g} deg{violated}."
+        f"{half:.3g} deg of the planned attitude and 90 % within {most:.3g} deg.{violated}"
     ]
