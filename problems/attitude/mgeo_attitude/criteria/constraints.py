@@ -178,7 +178,7 @@ def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> Non
     for i, constraint in enumerate(scenario.path_constraints):
         cone, half_angle = constraint.build_cone(), constraint.half_angle_deg
         sign, bound_text, margin_text = (
-            (1.0, "least", "plus") if cone.keep_in else (-1.0, "most", "minus")
+            (1.0, "least", "and") if cone.keep_in else (-1.0, "most", "less")
         )
         angle, bound = (
             sign
@@ -218,8 +218,10 @@ def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation:
 
 
 def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
+    sigmas = constraint.attitude_sigmas
+    sign = "plus" if constraint.keep_in else "less"
     angle = Bound(
-        format_angle_label(constraint),
+        f"{constraint.label} {sign} {sigmas:g} sigma" if sigmas else constraint.label,
         lambda result: result.path_angle[:, index],
         np.radians(constraint.half_angle_deg),
         "deg",
@@ -227,16 +229,6 @@ def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint
         is_lower=not constraint.keep_in,
     )
     return Constraint(constraint.label, (angle,))
-
-
-def format_angle_label(constraint: PathConstraint) -> str:
-    """Return the label of the angle that a path constraint bounds, such as "Sun off camera minus 3
-    sigma".
-    """
-    if not constraint.attitude_sigmas:
-        return constraint.label
-    sign = "plus" if constraint.keep_in else "minus"
-    return f"{constraint.label} {sign} {constraint.attitude_sigmas:g} sigma"
 
 
 def _build_required_sigma(scenario: Scenario) -> Constraint:

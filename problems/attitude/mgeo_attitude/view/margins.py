@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.constraints import PLAN_END, Bound, format_angle_label
+from mgeo_attitude.criteria.constraints import PLAN_END, Bound
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.environment.environment import Environment
@@ -232,7 +232,6 @@ def compute_interval_margins(
     covariances = np.repeat(covariance[None], len(attitude), axis=0)
     for constraint in scenario.path_constraints:
         cone, bound = constraint.build_cone(), constraint.half_angle_deg
-        label = format_angle_label(constraint)
         excess = compute_monitored_angle_on_orbit(
             cone,
             constraint.attitude_sigmas,
@@ -245,9 +244,9 @@ def compute_interval_margins(
         # The violation is -inf if the Sun is never visible.
         worst = np.degrees(max(float(excess.max()), -np.pi))
         if cone.keep_in:
-            rows[label] = _build_upper_bound_row("deg", worst, bound)
+            rows[constraint.label] = _build_upper_bound_row("deg", worst, bound)
         else:
-            rows[label] = ("deg", -worst, "at least", bound, -worst - bound)
+            rows[constraint.label] = ("deg", -worst, "at least", bound, -worst - bound)
     return {f"{label} {interval_name}": row for label, row in rows.items()}
 
 

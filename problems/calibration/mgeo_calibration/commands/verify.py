@@ -106,9 +106,8 @@ def build_sections(
             Section(
                 "Violations of path constraints in these runs",
                 table=_build_violation_table(verification.path_constraints),
-                note="Control by the estimate: a controller holds the estimated attitude on the "
-                "plan. No control: the planned rates are executed exactly, and the initial "
-                "attitude error remains.",
+                note="Steered: a controller holds the estimated attitude on the plan. Open loop: "
+                "the planned rates are executed exactly, and the initial attitude error remains.",
             )
         )
     if len(guidance):
@@ -139,14 +138,13 @@ def _build_error_table(verification: Verification, states: list[str]) -> pd.Data
 
 
 def _build_violation_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the violations of path constraints with one row per constraint and kind of control."""
-    controls = {"steered": "by the estimate", "open loop": "none"}
+    """Return the violations of path constraints with one row per constraint and kind of motion."""
     rows = [
-        (name, control, row[f"{case}: runs [%]"], row[f"{case}: time [%]"])
+        (name, motion, row[f"{motion}: runs [%]"], row[f"{motion}: time [%]"])
         for name, row in table.iterrows()
-        for case, control in controls.items()
+        for motion in ("steered", "open loop")
     ]
-    return pd.DataFrame(rows, columns=["constraint", "control", "runs [%]", "time [%]"])
+    return pd.DataFrame(rows, columns=["constraint", "motion", "runs [%]", "time [%]"])
 
 
 def _build_guidance_table(table: pd.DataFrame) -> pd.DataFrame:
