@@ -26,6 +26,8 @@ from mgeo_attitude.view.satellite import build_instrument_table, describe_satell
 
 #: Length of a time stamp without fractions of a second.
 _STAMP_LENGTH = 19
+#: Part of the labels of constraints that apply after the slew back.
+_AFTER_SLEW_BACK = " after the slew back"
 #: Number of least observable directions.
 _N_DIRECTIONS = 5
 
@@ -105,6 +107,13 @@ def _build_constraint_table(plan: ManeuverPlan) -> pd.DataFrame:
         is_after = table["constraint"].str.endswith(f" {interval}")
         during[is_after] = interval.removeprefix("in the ").replace(HOLD_LABEL, "hold")
         table["constraint"] = table["constraint"].str.removesuffix(f" {interval}")
+    is_final = table["constraint"].str.contains(_AFTER_SLEW_BACK, regex=False)
+    during[is_final] = _AFTER_SLEW_BACK.replace(" the", "").strip()
+    table["constraint"] = (
+        table["constraint"]
+        .str.replace(_AFTER_SLEW_BACK, "", regex=False)
+        .replace({each.label: each.bound_label for each in plan.scenario.path_constraints})
+    )
     table.insert(1, "during", during)
     return table.set_index("constraint")
 
@@ -127,8 +136,8 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
     text = "Margin: distance from the bound; negative if the constraint is violated."
     if any(each.attitude_sigmas for each in plan.scenario.path_constraints):
         text += (
-            ' "minus 3 sigma" and "plus 3 sigma": angle to the boresight, reduced or increased by '
-            "three times the attitude 1-sigma."
+            ' "minus 3 sigma" and "plus 3 sigma": the angle is reduced or increased by three '
+            "times the attitude 1-sigma."
         )
     errors = plan.scenario.monte_carlo
     if errors is not None:
@@ -161,6 +170,11 @@ def _describe_timeline(plan: ManeuverPlan) -> str:
     labels = [phase.label for phase in plan.phases]
     if any(label.startswith(RAMP_PREFIX) for label in labels):
         text += " The duration includes the ramp to the rates."
+    maneuvers = {
+        label for name in labels if "maneuver" in (label := name.removeprefix(RAMP_PREFIX))
+    }
+    if len(maneuvers) < plan.scenario.maneuvers.count:
+        text += " Maneuvers without duration are omitted."
     if any(label.startswith(HOLD_LABEL) for label in labels):
         text += " Hold: the satellite keeps the last rates."
     return text
