@@ -324,7 +324,7 @@ def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator
         return
     scenario, outside = plan.scenario, find_validity_violations(plan.scenario)
     if outside:
-        yield f"Reduce the initial uncertainty: {'; '.join(outside)}."
+        yield f"Reduce the initial uncertainty ({'; '.join(outside)})."
     elif scenario.prior is None:
         known = f"initial.attitude_deg = {scenario.initial.attitude_deg:g}"
         yield f"Reduce the initial uncertainty, for example of the attitude ({known})."
