@@ -73,3 +73,24 @@ def test_trace_is_compared_with_the_lower_bound(plan):
 
 def test_every_name_has_a_section():
     assert ("summary", *SECTIONS) == SECTION_KEYS
+
+
+def test_constraints_name_the_part_of_the_plan():
+    """The angle of a path constraint has one label, and constraints after the slew back have no
+    label of the maneuvers.
+    """
+    scenario = Scenario.from_dict(
+        {
+            "preset": "cubesat_6u",
+            "duration": 1200.0,
+            "step": 2.0,
+            "maneuvers": {"count": 1, "slew_back": True, "end_tolerance_deg": 5.0},
+            "path_constraints": [
+                {"name": "camera", "boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0}
+            ],
+        }
+    )
+    table = SECTIONS["constraints"].table(ManeuverPlan(scenario, (0.5, 0.2, 0.1, 200.0)))
+    during = table["during"]
+    assert during.loc["Sun off camera minus 3 sigma"].tolist() == ["maneuvers", "slew back"]
+    assert during.drop("Sun off camera minus 3 sigma").tolist() == ["after slew back"]

@@ -187,9 +187,10 @@ def _describe_accuracy(plan: ManeuverPlan) -> str:
         else "nominal run, without random errors"
     )
     text = (
-        f"All columns: 1-sigma about the worst body axis. Predicted: {predicted}. 90 % of runs: "
-        f"not exceeded in 90 % of {plan.view.n_monte_carlo_runs} Monte Carlo runs with random "
-        "errors of attitude and rates."
+        "1-sigma about the worst body axis, before the plan and after "
+        f"{format_duration(plan.t_end)}. Predicted: {predicted}. 90 % of runs: not exceeded in "
+        f"90 % of {plan.view.n_monte_carlo_runs} Monte Carlo runs with random errors of attitude "
+        "and rates."
     )
     if "lower bound" in plan.accuracy:
         text += " Lower bound: for any maneuver of this duration. Ratio: predicted / lower bound."
@@ -348,7 +349,10 @@ SECTIONS = {
     "axes": PlanSection(
         "Accuracy about each body axis",
         _build_axes_table,
-        lambda plan: "1-sigma about body x, y and z before the plan, and predicted after it.",
+        lambda plan: (
+            "1-sigma about body x, y and z, before the plan and predicted after "
+            f"{format_duration(plan.t_end)}."
+        ),
         _select_axes_columns,
     ),
     "budget": PlanSection(
