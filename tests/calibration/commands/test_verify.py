@@ -112,13 +112,13 @@ def test_path_constraint_violation_is_reported(run, tmp_path, monkeypatch):
     assert shares == ["100", "100"]
     guided = parse_table(text, "Motion with gyro-based guidance")
     assert guided["Sun off camera"][-2:] == ["min 60", "100"]
-    assert float(guided["largest body rate"][1]) == pytest.approx(1.0)  # one axis at a time
+    assert float(guided["largest rate per axis"][1]) == pytest.approx(1.0)  # one axis at a time
     assert "attitude y" in run(*arguments, "--all", code=3).stdout
     document = json.loads(run(*arguments, "--json", code=3).stdout)
     (guidance,) = format_gyro_guidance(found.gyro_guidance)
     assert "Sun off camera is violated in 100 % of runs" in document["conclusion"]
     assert guidance in document["conclusion"]
-    assert "Sun off camera in 100 %" in guidance
+    assert "Sun off camera is violated in 100 %" in guidance
     assert document["gyro_guidance"][2]["quantity"] == "Sun off camera"
     assert document["gyro_guidance"][2]["violated_percent"] == 100.0
     (row,) = document["path_constraints"]

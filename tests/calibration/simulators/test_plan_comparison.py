@@ -102,7 +102,7 @@ def test_gyro_guidance_summary_states_errors_and_violations(plan):
     tight = build_plan(path_constraints=[nearer, LIMITS[1]])
     assert tight.list_violations() == []
     (line,) = format_gyro_guidance(summarize_gyro_guidance(tight, 12, 2))
-    assert "Sun off camera in " in line
+    assert "Sun off camera is violated in " in line
 
 
 @pytest.mark.slow

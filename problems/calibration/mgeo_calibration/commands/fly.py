@@ -125,14 +125,14 @@ def print_simulation(
     output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
     violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
     output.print_warnings([*list_warnings(plan), *violations])
-    note = "Body rate: about the worst body axis."
+    note = ""
     if plan.scenario.path_constraints:
         note += " The angles of path constraints exclude the margin for the attitude error."
     if plan.scenario.is_magnetorquer_driven:
         note += " Magnetorquers act in the true attitude, which is not controlled to the plan."
     title = f"True motion and plan until {format_duration(comparison.attrs['time_s'])}"
     output.print("")
-    output.print_sections(build_comparison_section(title, comparison, note))
+    output.print_sections(build_comparison_section(title, comparison, note.strip()))
     output.print_files(files)
     options = "" if picked.solution is None else f" --solution {picked.solution}"
     command = f"mgeo attitude calibrate {next(iter(files))} --plan {source}{options}"

@@ -113,9 +113,9 @@ def build_sections(
     if len(guidance):
         note = (
             "A controller follows the plan with an attitude that is integrated from the gyro and "
-            "begins with the initial attitude error. These runs have no part in the verdict. Body "
-            "rate: about the worst body axis; maneuvers.max_rate_deg_s = "
-            f"{plan.scenario.maneuvers.max_rate_deg_s:g} limits the rate of the plan."
+            "begins with the initial attitude error. These runs have no part in the verdict. "
+            f"maneuvers.max_rate_deg_s = {plan.scenario.maneuvers.max_rate_deg_s:g} limits the "
+            "rate of the plan about each axis."
         )
         title = f"Motion with gyro-based guidance, in {n_runs} other Monte Carlo runs"
         sections.append(Section(title, table=_build_guidance_table(guidance), note=note))

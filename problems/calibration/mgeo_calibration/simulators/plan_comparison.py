@@ -29,7 +29,7 @@ from mgeo_calibration.simulators.simulated_run import (
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 END_ERROR, MAX_ERROR = "final pointing error", "largest pointing error"
-MAX_RATE, WHEEL_MOMENTUM = "largest body rate", "largest wheel momentum"
+MAX_RATE, WHEEL_MOMENTUM = "largest rate per axis", "largest wheel momentum"
 _BOUND_COLUMNS = ["bound_type", "bound_value"]
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
@@ -278,18 +278,20 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
 
 
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
-    """Return a list with one sentence that summarizes the table of `summarize_gyro_guidance`, or an
+    """Return a list with one text that summarizes the table of `summarize_gyro_guidance`, or an
     empty list for an empty table.
 
-    The sentence states the median and the 90 % quantile of the pointing error at the end, and for
-    each constraint that some runs violate the percentage of these runs.
+    The text states the median and the 90 % quantile of the pointing error at the end, and for each
+    constraint that some runs violate the percentage of these runs.
     """
     if not len(summary):
         return []
     half, most = summary.loc[END_ERROR, [MEDIAN_COLUMN, QUANTILE_COLUMN]]
     violations = summary[summary[VIOLATED_COLUMN] > 0.0]
-    parts = [f"{label} in {share:.3g} %" for label, share in violations[VIOLATED_COLUMN].items()]
-    violated = f" Violated constraints: {', '.join(parts)} of the runs." if parts else ""
+    violated = "".join(
+        f" {label} is violated in {share:.3g} % of the runs."
+        for label, share in violations[VIOLATED_COLUMN].items()
+    )
     return [
         "With gyro-based guidance from an uncertain initial attitude, half of the runs end within "
         f"{half:.3g} deg of the planned attitude and 90 % within {most:.3g} deg.{violated}"
