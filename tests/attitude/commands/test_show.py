@@ -42,7 +42,7 @@ def test_first_page_shows_the_knee(run, folder, front, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     plan = front.select_plan("knee")
     text = run("show", folder).stdout
-    check_screen(text, max_lines=60)
+    check_screen(text, max_lines=62)
     assert f"{front.find_row('knee')} of {len(front.X)}" in text.splitlines()[0]
     assert format_duration(plan.t_end) in text
     attitude = plan.accuracy.loc["attitude"]
