@@ -25,10 +25,10 @@ helper = njit(error_model="numpy")
 
 
 def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Return a decorator that compiles a function for one signature with numba and caches the
-    machine code on disk.
+    """Return a decorator that compiles a function with numba and caches the result on disk.
 
-    The cache lies next to the source file of the function. A function without one is not cached.
+    The function is compiled for one signature. The cache lies next to the source file of the
+    function. A function without one is not cached.
 
     Parameters
     ----------
@@ -53,8 +53,9 @@ def compile_cached(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]
 
 
 def compile_on_first_call(signature: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Return a decorator that compiles a function with numba when it is first called, and caches
-    the machine code as `compile_cached` does.
+    """Return a decorator that compiles a function with numba when it is first called.
+
+    The machine code is cached as by `compile_cached`.
 
     Parameters
     ----------

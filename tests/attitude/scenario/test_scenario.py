@@ -49,7 +49,7 @@ def test_times_are_multiples_of_step() -> None:
             "this rate about all axes is less than 180 deg in step = 10.0 s; or a step below 3.464",
         ),
         ({"name": "a\nb"}, "name = 'a\\nb': expected printable characters on one line"),
-        ({"sensors": ()}, "sensors = (): expected a list of at least 1 x (a"),
+        ({"sensors": ()}, "sensors = (): expected a list of 1 or more values"),
         (
             {"sensors": (SunSensor(name="gyro"),)},
             "sensors[0].name = 'gyro': expected another name",

@@ -56,7 +56,7 @@ class Wheel(Settings):
         ({"motor": "steam"}, "motor = 'steam': expected one of 'dc', 'ac' (motor)"),
         ({"run_time": 0}, "run_time = 0: expected nothing or a number > 0 [s] (time until"),
         ({"axis": (1, 2, 0)}, "axis[2] = 0: expected greater than 0 [m] (axis)"),
-        ({"noise": (1, 0, 1)}, "noise = (1, 0, 1): expected a number > 0 or a list of 3 x (a num"),
+        ({"noise": (1, 0, 1)}, "noise = (1, 0, 1): expected a number > 0 or a list of 3 values"),
         ({"tags": ["a", 1]}, "tags[1] = 1: expected a valid string (labels)"),
         ({"built": date(2018, 6, 5)}, "built = '2018-06-05': expected nothing or a date and time"),
         ({"built": datetime(2018, 6, 5)}, "built = '2018-06-05T00:00:00': expected a UTC offset"),

@@ -54,10 +54,10 @@ class Bound:
     is_lower: bool = False
 
     def compute_violation(self, result: Evaluation) -> Floats:
-        """Return the relative violation of the bound by each of n evaluated designs, shape (n,). It
-        is positive if the bound is violated.
+        """Compute the relative violation of the bound by each of n designs, shape (n,).
 
-        The violation is the excess over the bound, divided by the bound.
+        The violation is positive if the bound is violated. The violation is the excess over the
+        bound, divided by the bound.
         """
         share = self.quantity(result) / self.value
         return 1.0 - share if self.is_lower else share - 1.0
@@ -82,18 +82,18 @@ class Constraint:
     needs_covariance: bool = False
 
     def compute_violations(self, result: Evaluation) -> Floats:
-        """Return the relative violation of each bound by each of n evaluated designs, shape
-        (n_bounds, n). It is positive if the bound is violated.
+        """Compute the relative violation of each bound by each of n designs, shape (n_bounds, n).
 
-        The constraint value of a design is the largest violation. A design without a result has
-        NaN.
+        The violation is positive if the bound is violated. The constraint value of a design is the
+        largest violation. A design without a result has NaN.
         """
         return np.array([bound.compute_violation(result) for bound in self.bounds])
 
 
 def list_constraints(scenario: Scenario) -> list[Constraint]:
-    """Return the constraints of a scenario in this order: wheel loads, latest end of the plan, path
-    constraints and required 1-sigmas.
+    """List the constraints of a scenario, such as wheel loads and path constraints.
+
+    The order is: wheel loads, latest end of the plan, path constraints, required 1-sigmas.
     """
     single_bounds, wheels = [], scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
@@ -208,8 +208,9 @@ def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> Non
 
 
 def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
-    """Return the largest momentum of any wheel [N m s] for each design, shape (n,), assuming that
-    the total angular momentum is zero.
+    """Return the largest wheel momentum [N m s] of each design, shape (n,).
+
+    The total angular momentum is assumed to be zero.
     """
     # Rates change linearly during a ramp, so that the momentum is largest at an end of a step.
     momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)

@@ -26,8 +26,8 @@ class EvaluationCache:
         self._last_batch_only = last_batch_only
 
     def evaluate(self, designs: Floats, function: Callable[[Floats], Floats]) -> Floats:
-        """Return the function values of several designs. The function is evaluated only for designs
-        that are not in the cache.
+        """Return the function values of designs, and evaluate only designs that are not in the
+        cache.
 
         Parameters
         ----------

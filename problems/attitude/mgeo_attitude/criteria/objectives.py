@@ -24,8 +24,7 @@ TRACE_PREFIX = "trace:"
 
 
 def attitude_sigma_deg(covariance: Floats) -> Floats:
-    """Return the largest attitude 1-sigma about any of the three body axes [deg], for one or more
-    covariance matrices.
+    """Return the largest attitude 1-sigma [deg] about the three body axes.
 
     This accuracy is compared with ``required_sigma.attitude_deg`` and shown in summaries, tables,
     figures and files.
@@ -41,8 +40,7 @@ def attitude_sigma_deg(covariance: Floats) -> Floats:
 
 
 def attitude_accuracy_deg(covariance: Floats) -> Floats:
-    """Return the largest attitude 1-sigma about any axis in space [deg], not only about the body
-    axes, for one or more covariance matrices.
+    """Return the largest attitude 1-sigma [deg] about any axis, not only about the body axes.
 
     The value is the square root of the largest eigenvalue of the attitude covariance. Unlike
     `attitude_sigma_deg`, the value does not depend on the choice of body axes, so that comparisons
@@ -62,7 +60,7 @@ def attitude_accuracy_deg(covariance: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Objective:
-    """Objective of the optimization, a quantity of a plan to be minimized.
+    """Objective of the optimization: a quantity of a plan that is minimized.
 
     Attributes
     ----------
@@ -99,23 +97,26 @@ class Objective:
 
 
 def parse_trace_blocks(key: str) -> list[str]:
-    """Return the names of the state blocks in an objective key of the form
-    ``trace:BLOCK,BLOCK...``, or an empty list for any other key.
+    """Return the state blocks in an objective key of the form ``trace:BLOCK,BLOCK...``.
+
+    The list is empty for any other key.
     """
     return key.removeprefix(TRACE_PREFIX).split(",") if key.startswith(TRACE_PREFIX) else []
 
 
 def find_objective(key: str, suite: Suite) -> Objective:
-    """Return the objective with a given key, such as ``t_end`` or ``trace:attitude``. The suite
-    defines the state blocks.
+    """Return the objective for a key such as ``t_end`` or ``trace:attitude``.
+
+    The suite defines the state blocks.
     """
     blocks = parse_trace_blocks(key)
     return _build_trace_objective(blocks, suite) if blocks else OBJECTIVES[key]
 
 
 def is_refinable(keys: Sequence[str]) -> bool:
-    """Return True if the objectives are ``t_end`` and one smooth objective, as the local refinement
-    requires.
+    """Return True if the local refinement supports the given objectives.
+
+    The objectives must be ``t_end`` and one smooth objective.
     """
     remaining = [key for key in keys if key != "t_end"]
     if len(keys) != 2 or len(remaining) != 1:
@@ -124,8 +125,7 @@ def is_refinable(keys: Sequence[str]) -> bool:
 
 
 def find_smooth_objective(keys: Sequence[str]) -> str:
-    """Return the key of the smooth objective from a pair of objectives that the local refinement
-    supports.
+    """Return the key of the smooth objective, which the local refinement minimizes.
 
     Raises
     ------
@@ -142,8 +142,9 @@ def find_smooth_objective(keys: Sequence[str]) -> str:
 
 
 def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
-    """Scale objective values, shape (n, n_obj), to order one for performance indicators such as the
-    hypervolume.
+    """Scale objective values to order one for performance indicators such as the hypervolume.
+
+    The values have the shape (n, n_obj).
     """
     pairs = zip(keys, F.T, strict=True)
     return np.column_stack(
@@ -152,8 +153,9 @@ def scale_for_indicators(keys: Sequence[str], F: Floats, scenario: Scenario) -> 
 
 
 def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
-    """Return the covariance of the calibrated states at the end of each plan, shape (n, k, k), in
-    units of the initial 1-sigmas.
+    """Return the final covariance of each plan in units of the initial 1-sigmas.
+
+    The matrices, shape (n, k, k), contain the k calibrated states.
     """
     indices = model.suite.calibrated_indices
     sigma = model.initial_sigma[indices]
@@ -164,9 +166,7 @@ def _scale_covariances(model: FilterModel, result: Evaluation) -> Floats:
 
 
 def _compute_normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
-    """Return, for each design, the ratio of final to initial variance, averaged over the calibrated
-    states.
-    """
+    """Compute the mean ratio of final to initial variance of the calibrated states."""
     matrices = _scale_covariances(model, result)
     mean: Floats = np.trace(matrices, axis1=1, axis2=2) / matrices.shape[1]
     return mean
@@ -189,27 +189,28 @@ def _compute_largest_eigenvalue(model: FilterModel, result: Evaluation) -> Float
 
 
 def _compute_time_to_accuracy(model: FilterModel, result: Evaluation) -> Floats:
-    """Return, for each design, the time [s] after which all required 1-sigmas stay satisfied, or
-    the scenario's duration if they are violated at the end.
+    """Compute the time [s] from which each design satisfies all required 1-sigmas.
+
+    If a required 1-sigma is violated at the end, the time is the scenario's duration.
     """
     time = np.where(np.isfinite(result.t_required), result.t_required, model.duration)
     return np.where(np.isnan(result.trace), np.nan, time)
 
 
 def _compute_angle(model: FilterModel, result: Evaluation) -> Floats:
-    """Return, for each design, the rotation angle accumulated until t_end [deg], including the
-    rotation at the last rate after the last maneuver.
+    """Compute the total rotation angle [deg] of each design until t_end.
+
+    The angle includes the rotation at the last rate after the last maneuver.
     """
     times = model.step * _count_interval_steps(model, result)
     return np.degrees(_sum_rows(np.linalg.norm(result.plan.rates, axis=2) * times, result))
 
 
 def _compute_rate_change(model: FilterModel, result: Evaluation) -> Floats:
-    """Return, for each design, the summed magnitudes of all rate changes until t_end [deg/s],
-    starting from the initial rate.
+    """Compute the sum of the magnitudes of all rate changes until t_end [deg/s].
 
-    For a spherical inertia, the impulse of attitude thrusters is proportional to the sum, and so is
-    the propellant mass.
+    The first change starts from the initial rate. For a spherical inertia, the impulse of attitude
+    thrusters is proportional to the sum, and so is the propellant mass.
     """
     is_executed, rates = _count_interval_steps(model, result) > 0, result.plan.end_rates
     indices = np.where(is_executed, np.arange(is_executed.shape[1]), -1)
@@ -229,8 +230,7 @@ def _count_interval_steps(model: FilterModel, result: Evaluation) -> Ints:
 
 
 def _sum_rows(values: Floats, result: Evaluation) -> Floats:
-    """Return the sum of each row of `values`, with one row per design; NaN for a design without a
-    result.
+    """Sum each row of `values`, and return NaN for a design without a result.
 
     The terms are added from left to right, so that trailing zeros do not change the rounding.
     """
@@ -250,7 +250,7 @@ def _build_trace_objective(blocks: list[str], suite: Suite) -> Objective:
 
 
 def _scale_decades(values: Floats, scenario: Scenario) -> Floats:
-    """Map values logarithmically to order one: 1e-6 to 0, and 0.1 to 1."""
+    """Scale values logarithmically, so that 1e-6 becomes 0 and 0.1 becomes 1."""
     return (np.log10(values) + 6.0) / 5.0
 
 

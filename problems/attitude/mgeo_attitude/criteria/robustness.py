@@ -61,8 +61,9 @@ class MonteCarloRun:
     variants: tuple[FilterModel, ...] = ()
 
     def apply_errors(self, designs: Floats) -> Floats:
-        """Return designs of m maneuvers, shape (n, 4 m), as executed with the rate and duration
-        errors of the run. Durations are at least zero.
+        """Add the rate and duration errors of the run to designs, shape (n, 4 m).
+
+        Durations are at least zero.
         """
         maneuvers = designs.reshape(-1, len(self.rate_errors), VARIABLES_PER_MANEUVER).copy()
         maneuvers[:, :, :3] += self.rate_errors
@@ -70,8 +71,9 @@ class MonteCarloRun:
         return maneuvers.reshape(designs.shape)
 
     def evaluate(self, designs: Floats, covariance: bool) -> Evaluation:
-        """Evaluate designs of m maneuvers, shape (n, 4 m), with the errors of the run applied. The
-        covariance filter runs in one thread.
+        """Evaluate designs, shape (n, 4 m), with the errors of the run.
+
+        The covariance filter runs in one thread.
         """
         executed = self.apply_errors(designs)
         return evaluate(self.model, executed, 1, covariance=covariance, variants=self.variants)
@@ -175,11 +177,11 @@ def evaluate_runs(
     threads: int | None,
     covariance: bool,
 ) -> Floats:
-    """Evaluate n designs in each of several Monte Carlo runs, and return k values per run and
-    design, shape (n_runs, n, k).
+    """Evaluate n designs in each of several Monte Carlo runs.
 
-    Runs are evaluated in parallel, in one thread each, and a few runs are in memory at a time. The
-    result does not depend on the number of threads.
+    The result contains k values per run and design, shape (n_runs, n, k). Runs are evaluated in
+    parallel, in one thread each, and a few runs are in memory at a time. The result does not depend
+    on the number of threads.
 
     Parameters
     ----------
@@ -205,10 +207,11 @@ def evaluate_runs(
 
 
 def compute_quantile(values: Floats, probability: float) -> Floats:
-    """Return the empirical quantile over the Monte Carlo runs, which are the first axis: the
-    smallest value that is not exceeded in the fraction `probability` of the runs.
+    """Return the empirical quantile of values over Monte Carlo runs, which are the first axis.
 
-    NaN is treated as larger than any number. It occurs if a covariance loses positive definiteness.
+    The quantile is the smallest value that is not exceeded in the fraction `probability` of the
+    runs. NaN is treated as larger than any number. It occurs if a covariance loses positive
+    definiteness.
     """
     ordered = np.sort(values, axis=0)
     value: Floats = ordered[_compute_quantile_rank(len(values), probability) - 1]
@@ -220,10 +223,10 @@ def _compute_quantile_rank(n_values: int, probability: float) -> int:
 
 
 def reduce_runs(values: Floats, n_objectives: int, settings: MonteCarloSettings) -> Floats:
-    """Reduce the values of n designs in several Monte Carlo runs, shape (n_runs, n, k), to their
-    means or quantiles over the runs, shape (n, k).
+    """Reduce values from several Monte Carlo runs to their means or quantiles over the runs.
 
-    Objectives are reduced to their mean or quantile, constraints to their quantile.
+    The values have the shape (n_runs, n, k), and the result has the shape (n, k). Objectives are
+    reduced to their mean or quantile, constraints to their quantile.
 
     Parameters
     ----------
@@ -246,8 +249,9 @@ def reduce_runs(values: Floats, n_objectives: int, settings: MonteCarloSettings)
 def _draw_noise(
     suite: Suite, spread: float, generator: np.random.Generator
 ) -> Callable[[FilterModel], FilterModel] | None:
-    """Draw random noise levels of the gyro and of each sensor, and return a function that copies a
-    filter model with these noise levels; None if `spread` is zero.
+    """Draw random noise levels, and return a function that applies them to a filter model.
+
+    The gyro and each sensor have a noise level of their own. Return None if `spread` is zero.
     """
     if not spread:
         return None

@@ -32,7 +32,7 @@ _MAX_Z_COSINE = np.sqrt(0.5)
 
 
 class SatelliteState(NamedTuple):
-    """Position and velocity of the satellite and direction of the Sun at n instants.
+    """Satellite position, satellite velocity and Sun direction at n instants.
 
     Attributes
     ----------
@@ -54,8 +54,9 @@ class SatelliteState(NamedTuple):
 
     @classmethod
     def from_times(cls, source: OrbitSource, times: Floats) -> Self:
-        """Compute the satellite state at given times [s] after a scenario's epoch. Times after the
-        end of the scenario are allowed.
+        """Compute the satellite state at given times [s] after the epoch of a scenario.
+
+        Times after the end of the scenario are allowed.
         """
         position, velocity = source.orbit.propagate(source.epoch, times)
         sun = sun_position(compute_julian_dates(source.epoch, times))
@@ -64,9 +65,7 @@ class SatelliteState(NamedTuple):
 
     @classmethod
     def from_first_instant(cls, source: Environment | SatelliteState) -> Self:
-        """Build the satellite state at the first instant of an environment or of another
-        `SatelliteState`.
-        """
+        """Build a satellite state from the first sample of an environment or of another state."""
         return cls(*(getattr(source, name)[:1] for name in cls._fields))
 
     def without_eclipses(self) -> Self:
@@ -77,8 +76,8 @@ class SatelliteState(NamedTuple):
 def compute_pointing_attitudes(
     axis: Floats, target: Floats, clock_reference: Floats, clock_angle: float
 ) -> Floats:
-    """Return the attitude at which a body axis points at a target and the body is rotated about
-    this axis by a clock angle, for each of n target directions.
+    """Compute attitudes that point a body axis at n target directions. A clock angle sets the
+    rotation about this axis.
 
     The attitude follows from two vectors in the body and two vectors in space, of which the first
     pair is aligned exactly (TRIAD method): H. D. Black, A Passive System for Determining the
@@ -117,10 +116,10 @@ def compute_pointing_attitudes(
 
 
 def _build_triads(first: Floats, second: Floats) -> Floats:
-    """Return one right-handed orthonormal triad per pair of vectors, with one axis per row, shape
-    (..., 3, 3).
+    """Build a right-handed orthonormal triad from each pair of vectors.
 
-    The first axis is along the first vector, and the second axis is in the plane of both vectors.
+    The rows of each matrix, shape (..., 3, 3), are the axes of a triad. The first axis is along the
+    first vector, and the second axis is in the plane of both vectors.
     """
     x = first / np.linalg.norm(first, axis=-1, keepdims=True)
     normal = np.cross(x, second / np.linalg.norm(second, axis=-1, keepdims=True))
@@ -133,8 +132,7 @@ def _build_triads(first: Floats, second: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Direction:
-    """Direction as seen from the satellite, either toward an object such as the Sun or along the
-    velocity.
+    """Reference direction for pointing and constraints, such as the Sun, the nadir or the velocity.
 
     Attributes
     ----------
@@ -155,8 +153,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class Cone:
-    """Cone about a body axis. A reference direction, such as that of the Sun, must stay inside or
-    outside the cone.
+    """Keep-in or keep-out cone about a body axis, for a reference direction such as the Sun.
 
     Attributes
     ----------
@@ -177,13 +174,12 @@ class Cone:
 
     @property
     def is_disc(self) -> bool:
-        """True if the object in the reference direction is a disc, such as the Earth."""
+        """True if angles are measured from the limb of the reference object, such as the Earth."""
         return bool(self.direction) and DIRECTIONS[self.direction].radius is not None
 
 
 class DirectionMotion(NamedTuple):
-    """Unit vectors of a direction, such as that of the Sun, at the start and at the end of each of
-    n filter steps.
+    """Motion of a reference direction, such as the Sun, during each of n filter steps.
 
     Each step ends at a sample. The first sample has no step, so that its start equals its end.
 
@@ -208,8 +204,8 @@ class DirectionMotion(NamedTuple):
 
     @classmethod
     def from_samples(cls, vectors: Floats, radius: Floats) -> DirectionMotion:
-        """Build the motion from the unit vectors, shape (n, 3), and the apparent radii, shape (n,),
-        at the filter samples.
+        """Build the motion from unit vectors, shape (n, 3), and apparent radii, shape (n,), at n
+        samples.
         """
         start, start_radius = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
         visible_at_start: Bools = np.any(start, axis=-1)
@@ -229,8 +225,9 @@ class DirectionMotion(NamedTuple):
         )
 
     def rotate_to_body(self, attitude: Floats) -> DirectionMotion:
-        """Return a copy with unit vectors in body axes, for given GCRS-to-body matrices of the
-        steps, shape (n, 3, 3).
+        """Return a copy with the unit vectors rotated from GCRS to body axes.
+
+        The attitude consists of one GCRS-to-body matrix per step, shape (n, 3, 3).
         """
         start, end = (np.einsum("kij,kj->ki", attitude, v) for v in (self.start, self.end))
         return self._replace(start=start, end=end)
@@ -274,16 +271,20 @@ DIRECTIONS: dict[str, Direction] = {
 
 
 def compute_directions(names: tuple[str, ...], environment: Environment, epoch: datetime) -> Floats:
-    """Return the unit vectors of named directions at the times of an environment, shape (n_times,
-    n_names, 3).
+    """Return unit vectors along named directions, such as the Sun, at each time of an environment.
+
+    The names are keys of `DIRECTIONS`. The unit vectors are in GCRS, shape (n_times, n_names, 3).
     """
     vectors = [DIRECTIONS[name].vectors(environment, epoch) for name in names]
     return np.stack(vectors, axis=1) if names else np.zeros((len(environment.times), 0, 3))
 
 
 def compute_radii(names: tuple[str, ...], environment: Environment) -> Floats:
-    """Return the apparent radii [rad] of named directions at the times of an environment, shape
-    (n_times, n_names).
+    """Return apparent radii [rad] of named objects, such as the Earth, at each time of an
+    environment.
+
+    The names are keys of `DIRECTIONS`. The result has shape (n_times, n_names). It is 0 for an
+    object that is not treated as a disc.
     """
     result = np.zeros((len(environment.times), len(names)))
     for index, name in enumerate(names):

@@ -42,8 +42,9 @@ _MAX_LISTED = 10
 
 @dataclass(frozen=True)
 class Entry:
-    """Element set in a file, before validation, with its epoch and with the name, international
-    designator and catalog number of the object.
+    """Element set as read from a file, before validation.
+
+    The object has a name, an international designator and a catalog number.
     """
 
     name: str
@@ -56,8 +57,9 @@ class Entry:
         return " ".join(filter(None, (self.name, self.designator, self.number)))
 
     def matches_object(self, object_name: str) -> bool:
-        """Return True if a given name equals the name, the international designator or the catalog
-        number of the object. An empty name matches every object.
+        """Return True if a name, designator or catalog number identifies the object.
+
+        An empty name matches every object.
         """
         printed_number = self.content.get("line1", "")[
             2:7
@@ -70,8 +72,10 @@ class Entry:
 def read_element_set(
     text: str, object_name: str, epoch: datetime, file: str
 ) -> TLEOrbit | MeanElements | None:
-    """Return the element set of an object from the text of a file. If the file contains several
-    element sets of the object, the one with the epoch closest to `epoch` is returned.
+    """Return the element set of an object from the text of a file.
+
+    If the file contains several element sets of the object, the one with the epoch closest to
+    `epoch` is returned.
 
     Parameters
     ----------
@@ -122,8 +126,9 @@ def read_element_set(
 
 
 def _parse_messages(text: str) -> list[Fields]:
-    """Return the mean-elements messages in a text as a list of dicts by keyword. The list is empty
-    if the text contains no messages.
+    """Parse each mean-elements message in a text into a dict that maps keywords to values.
+
+    The list is empty if the text contains no messages.
     """
     from sgp4 import omm
 
@@ -141,8 +146,8 @@ def _parse_messages(text: str) -> list[Fields]:
 
 
 def _parse_kvn(text: str) -> Fields:
-    """Parse a message in KVN notation (lines ``KEY = value``) into a dict by keyword. Units in
-    brackets are removed.
+    """Parse a message in KVN notation (lines ``KEY = value``) into a dict, without units in
+    brackets.
     """
     pairs = (line.partition("=") for line in text.splitlines()[1:] if "=" in line)
     return {key.strip(): value.partition("[")[0].strip() for key, _, value in pairs}
@@ -160,8 +165,9 @@ def _parse_utc(stamp: str) -> datetime:
 
 
 def _parse_line_pairs(text: str) -> list[Entry]:
-    """Return one `Entry` per two-line element set in a text. The line before each pair of lines may
-    contain the object's name.
+    """Return an `Entry` for each two-line element set in a text.
+
+    The line before each pair of lines may contain the object's name.
     """
     from sgp4.alpha5 import from_alpha5
 
@@ -185,7 +191,7 @@ def _parse_line_pairs(text: str) -> list[Entry]:
 
 
 def _build_mean_elements(fields: Fields, source: str) -> MeanElements:
-    """Build a `MeanElements` instance from the keywords and values of a mean-elements message.
+    """Build `MeanElements` from the fields of a mean-elements message.
 
     Raises
     ------

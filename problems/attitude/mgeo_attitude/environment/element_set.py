@@ -48,8 +48,9 @@ class SGP4Error(ArithmeticError):
 
 
 class ElementSet(Settings):
-    """Base class of mean orbital elements with an epoch of their own, from which SGP4 propagates
-    them.
+    """Base class of mean element sets, which SGP4 propagates.
+
+    The elements have an epoch of their own.
     """
 
     selector: ClassVar[str] = "propagator"
@@ -58,24 +59,25 @@ class ElementSet(Settings):
 
     @property
     def element_epoch(self) -> datetime:
-        """Epoch of the elements as a datetime in UTC."""
+        """Epoch of the elements, in UTC."""
         raise NotImplementedError
 
     def build_satellite(self) -> Satrec:
-        """Return a satellite object of the package sgp4 with these elements. It uses the constants
-        of WGS72, as the authors of element sets do.
+        """Return an sgp4 satellite object with these elements.
+
+        The object uses the constants of WGS72, with which element sets are published.
         """
         raise NotImplementedError
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Return position [m] and velocity [m/s] in GCRS, shape (n, 3), at given times [s] after an
-        epoch.
+        """Compute position [m] and velocity [m/s] in GCRS at given times [s] after an epoch.
+
+        Both arrays have shape (n, 3).
         """
         return compute_gcrs_states(self.build_satellite(), compute_julian_dates(epoch, times))
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Check that SGP4 can propagate the element set during a whole run, and return the element
-        set.
+        """Return the element set after checking that SGP4 can propagate it through a whole run.
 
         Raises
         ------
@@ -102,17 +104,17 @@ class ElementSet(Settings):
         return self
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the element set unchanged for a scenario that starts `time` [s] later, because the
-        elements have an epoch of their own.
+        """Return the element set unchanged, because its epoch does not depend on the scenario's
+        start.
         """
         return self
 
 
 def compute_gcrs_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Floats]:
-    """Propagate a satellite by SGP4, and return position [m] and velocity [m/s] in GCRS, shape (n,
-    3).
+    """Compute GCRS positions [m] and velocities [m/s] of a satellite with SGP4.
 
-    For the velocity, TEME is treated as inertial, which causes an error of 1e-4 m/s in a low orbit.
+    Both arrays have shape (n, 3). For the velocity, TEME is treated as inertial, which causes an
+    error of 1e-4 m/s in a low orbit.
 
     Raises
     ------
@@ -125,10 +127,9 @@ def compute_gcrs_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Flo
 
 
 def compute_teme_states(satellite: Satrec, at: JulianDates) -> tuple[Floats, Floats]:
-    """Propagate a satellite by SGP4, and return position [m] and velocity [m/s] in TEME, shape (n,
-    3).
+    """Compute TEME positions [m] and velocities [m/s] of a satellite with SGP4.
 
-    TEME is the frame of SGP4: true equator and mean equinox of date.
+    Both arrays have shape (n, 3). TEME is the frame of SGP4: true equator and mean equinox of date.
 
     Raises
     ------
@@ -156,8 +157,9 @@ def _format_sgp4_error(code: int) -> str:
 
 
 def _compute_max_revolutions(eccentricity: float) -> float:
-    """Return the mean motion [rev/day] of an orbit whose perigee is at the Earth's surface, which
-    is the largest possible value for a given eccentricity.
+    """Return the largest possible mean motion [rev/day] for a given eccentricity.
+
+    At this mean motion, the perigee is at the Earth's surface.
     """
     return DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
 
@@ -209,7 +211,7 @@ class TLEOrbit(ElementSet):
 
     @property
     def epoch(self) -> datetime:
-        """Epoch of the element set as a datetime in UTC."""
+        """Epoch of the element set, in UTC."""
         return parse_epoch(self.line1)
 
     @property
@@ -228,8 +230,7 @@ class TLEOrbit(ElementSet):
 
 
 def parse_epoch(line1: str) -> datetime:
-    """Return the epoch of an element set as a datetime in UTC, from columns 19 to 32 of its first
-    line.
+    """Parse the epoch of an element set, in UTC, from columns 19 to 32 of its first line.
 
     Raises
     ------
@@ -265,7 +266,7 @@ def _check_lines(line1: str, line2: str) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class MeanElements(ElementSet):
-    """Mean orbital elements for SGP4 in the frame TEME, with the mean motion as defined by Kozai.
+    """Mean orbital elements for SGP4, in the TEME frame and with Kozai's mean motion.
 
     Raises
     ------

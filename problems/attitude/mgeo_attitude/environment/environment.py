@@ -26,7 +26,7 @@ SCENARIO_FIELDS = ("epoch", "duration", "step", "orbit")
 
 
 class OrbitSource(Protocol):
-    """Protocol of objects that define an orbit, an epoch and sample times, such as a `Scenario`.
+    """Protocol of an object with an orbit, an epoch and sample times, such as a `Scenario`.
 
     If the object has an attribute `needs_field` that is false, its times may be outside of the
     years of the field model.
@@ -44,8 +44,9 @@ class OrbitSource(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Environment:
-    """Orbit, Sun direction, geomagnetic field and eclipses of a run, as read-only arrays in GCRS
-    with one row per sample.
+    """Satellite position and velocity, Sun direction, magnetic field and eclipses at each sample.
+
+    The arrays are read-only and have one row per sample. All vectors are in GCRS.
 
     Attributes
     ----------
@@ -171,8 +172,7 @@ class Environment:
         )
 
     def field_gradient(self) -> Floats:
-        """Return the derivative of the geomagnetic field with respect to position [nT/m], GCRS,
-        shape (n, 3, 3).
+        """Compute the gradient of the geomagnetic field [nT/m] in GCRS, shape (n, 3, 3).
 
         The gradient of a user-defined field is that of a dipole, see `dipole_gradient`.
         """
@@ -192,10 +192,10 @@ class Environment:
         return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit), has_eclipses=False)
 
     def validate_scenario(self, scenario: OrbitSource) -> None:
-        """Raise ValueError unless the environment has the orbit, epoch, duration and step of a
-        given scenario.
+        """Raise ValueError if the environment does not match a scenario.
 
-        User-defined arrays only need the times of the scenario.
+        The orbit, epoch, duration and step must be equal. User-defined arrays only need the times
+        of the scenario.
 
         Raises
         ------
@@ -224,8 +224,7 @@ def _compute_middle_epoch(epoch: datetime, times: Floats) -> datetime:
 def compute_sun_and_field(
     epoch: datetime, times: Floats, position: Floats, needs_field: bool = True
 ) -> tuple[Floats, Floats]:
-    """Compute the position of the Sun [m] and the geomagnetic field [nT] at given times and
-    satellite positions.
+    """Compute the Sun position [m] and the geomagnetic field [nT] at given times and positions.
 
     The two arrays take most of the computing time of an `Environment`. If `needs_field` is false, a
     date outside of the years of the field model is replaced by the nearest date inside.

@@ -34,8 +34,8 @@ _MAX_INTERPOLATION_ERROR = 1000.0
 
 @dataclass(frozen=True, kw_only=True)
 class EphemerisOrbit(Settings):
-    """Orbit interpolated between sampled positions in GCRS. Hermite polynomials are used if
-    velocities are given, and Lagrange polynomials otherwise.
+    """Orbit interpolated from sampled positions in GCRS. Hermite interpolation is used if
+    velocities are given, and Lagrange interpolation otherwise.
 
     Raises
     ------
@@ -102,19 +102,18 @@ class EphemerisOrbit(Settings):
 
     @property
     def period(self) -> float:
-        """Keplerian period [s] for the mean semi-major axis of the samples."""
+        """Keplerian period [s] at the mean semi-major axis of the samples."""
         return orbital_period(float(np.mean(-0.5 * EARTH_MU / self._energies)))
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Return the interpolated position [m] and velocity [m/s] in GCRS, shape (n, 3), at given
-        times [s] after an epoch.
+        """Interpolate position [m] and velocity [m/s] in GCRS at given times [s] after an epoch.
 
-        The velocity is the derivative of the interpolated position.
+        Both arrays have shape (n, 3). The velocity is the derivative of the interpolated position.
         """
         return self._interpolate(times + seconds_between(self.epoch, epoch))
 
     def prepare_for_run(self, epoch: datetime, duration: float) -> Self:
-        """Check that the samples cover a whole run and agree with each other, and return the orbit.
+        """Return the orbit after checking that its samples cover a whole run and are consistent.
 
         Raises
         ------
@@ -150,9 +149,7 @@ class EphemerisOrbit(Settings):
         return self
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the orbit unchanged for a scenario that starts `time` [s] later, because the
-        samples have an epoch of their own.
-        """
+        """Return the orbit unchanged, because its epoch does not depend on the scenario's start."""
         return self
 
     def _interpolate(self, times: Floats, shift: int = 0) -> tuple[Floats, Floats]:
@@ -174,7 +171,8 @@ class EphemerisOrbit(Settings):
 
 
 def count_polynomial_samples(degree: int, has_velocities: bool) -> int:
-    """Return the number of samples that determine a polynomial of a given degree. A sample with a
-    velocity determines two coefficients, and a sample without a velocity determines one.
+    """Return the number of samples that determine a polynomial of a given degree.
+
+    Each sample determines one coefficient, or two coefficients if it has a velocity.
     """
     return (degree + 2) // 2 if has_velocities else degree + 1

@@ -31,11 +31,10 @@ FIELD_RADIUS = 6371200.0
 
 
 def geomagnetic_field(position: Floats, date: datetime) -> Floats:
-    """Evaluate the geomagnetic field model IGRF-14 [nT] at given positions [m] on one date.
-    Positions and field vectors are in ITRS, shape (n, 3).
+    """Evaluate the IGRF-14 geomagnetic field [nT] at given positions [m] on one date.
 
-    The field changes by about 0.3 nT per day, so that the date in the middle of a run is valid for
-    the whole run.
+    Positions and field vectors are in ITRS, shape (n, 3). The field changes by about 0.3 nT per
+    day, so that the date in the middle of a run is valid for the whole run.
 
     Raises
     ------
@@ -49,8 +48,7 @@ def geomagnetic_field(position: Floats, date: datetime) -> Floats:
 
 
 def field_gradient(position: Floats, date: datetime) -> Floats:
-    """Return the derivative of the geomagnetic field model IGRF-14 with respect to position [nT/m],
-    in ITRS, shape (n, 3, 3).
+    """Evaluate the gradient of the IGRF-14 geomagnetic field [nT/m] in ITRS, shape (n, 3, 3).
 
     Rows are components of the field, and columns are components of the position. Parameters and
     exceptions are those of `geomagnetic_field`.
@@ -63,8 +61,9 @@ def field_gradient(position: Floats, date: datetime) -> Floats:
 
 
 def load_gauss_coefficients(date: datetime) -> Complexes:
-    """Return the Schmidt quasi-normalized Gauss coefficients g + ih of IGRF-14 [nT] on a given
-    date, as a complex array indexed by degree and order.
+    """Load the Gauss coefficients g + ih of IGRF-14 [nT] for a given date.
+
+    The coefficients are Schmidt quasi-normalized. The complex array is indexed by degree and order.
     """
     import ppigrf
 
@@ -115,8 +114,7 @@ def _evaluate_field(position: Floats, utc: datetime) -> Floats:
 
 
 def _evaluate_gradient(position: Floats, coefficients: Complexes) -> Floats:
-    """Return the gradient of the geomagnetic field at given positions, as the negative second
-    derivatives of the spherical-harmonic potential.
+    """Compute the field gradient as the negative second derivatives of the scalar potential.
 
     The potential is a Σ (a/r)ⁿ⁺¹ (g cos mλ + h sin mλ) P_n^m. The derivatives of solid harmonics
     I_n^m = (n - m)! P_n^m(cos θ) exp(imλ) / rⁿ⁺¹ are solid harmonics: ∂z I_n^m = -I_{n+1}^m and (∂x
@@ -155,13 +153,13 @@ def _evaluate_gradient(position: Floats, coefficients: Complexes) -> Floats:
 
 
 def dipole_gradient(position: Floats, field: Floats) -> Floats:
-    """Approximate the gradient of a field by the gradient of a dipole at the Earth's center that
-    produces the given field vector at each position.
+    """Approximate the gradient of a magnetic field by that of a dipole at the Earth's center.
 
-    The field of a dipole m is B = (3 (m·n) n - m) / r³ with n = position / r, so that the moment
-    follows from one field vector. The gradient is symmetric and has zero trace, as in every
-    current-free field. The dipole approximates a field of which only values are given. At 750 km
-    its gradient differs from that of IGRF by 12 % (root mean square).
+    At each position, the dipole produces the given field vector. The field of a dipole m is B = (3
+    (m·n) n - m) / r³ with n = position / r, so that the moment follows from one field vector. The
+    gradient is symmetric and has zero trace, as in every current-free field. The dipole
+    approximates a field of which only values are given. At 750 km its gradient differs from that of
+    IGRF by 12 % (root mean square).
 
     Parameters
     ----------

@@ -23,13 +23,13 @@ def gcrs_to_itrs(at: JulianDates) -> Floats:
 
 
 def teme_to_gcrs(at: JulianDates) -> Floats:
-    """Return the rotation matrix from TEME, the frame of SGP4, to GCRS at each instant, shape (n,
-    3, 3).
+    """Return the rotation matrix from TEME to GCRS at each instant, shape (n, 3, 3).
 
-    TEME has no official definition. As in Vallado et al., "Revisiting Spacetrack Report #3" (AIAA
-    2006-6753), its x axis is in the equator of date, at an angle of GMST (1982) west of the Earth's
-    prime meridian. The rotation passes through the Earth-fixed frame, which avoids the equation of
-    the equinoxes, and its angle (GMST minus Earth rotation angle) hardly depends on UT1.
+    TEME is the frame of SGP4. TEME has no official definition. As in Vallado et al., "Revisiting
+    Spacetrack Report #3" (AIAA 2006-6753), its x axis is in the equator of date, at an angle of
+    GMST (1982) west of the Earth's prime meridian. The rotation passes through the Earth-fixed
+    frame, which avoids the equation of the equinoxes, and its angle (GMST minus Earth rotation
+    angle) hardly depends on UT1.
     """
     angle = erfa.gmst82(at.midnight, at.ut) - erfa.era00(at.midnight, at.ut)
     cirs_to_gcrs = np.swapaxes(_gcrs_to_cirs(at), -1, -2)
@@ -37,20 +37,18 @@ def teme_to_gcrs(at: JulianDates) -> Floats:
 
 
 def rotate(matrices: Floats, vectors: Floats) -> Floats:
-    """Multiply each of n matrices, shape (n, 3, 3), by the vector with the same index, shape (n,
-    3).
-    """
+    """Multiply n matrices, shape (n, 3, 3), by n vectors, shape (n, 3)."""
     rotated: Floats = np.einsum("nij,nj->ni", matrices, vectors)
     return rotated
 
 
 def _gcrs_to_cirs(at: JulianDates) -> Floats:
-    """Return the rotation matrix from GCRS to CIRS (IAU 2006/2000A) at each instant, shape (n, 3,
-    3).
+    """Return the rotation matrix from GCRS to CIRS at each instant, shape (n, 3, 3).
 
-    The matrices are interpolated linearly between the first and the last instant, since the 2000A
-    series takes 0.04 ms per instant. The interpolation error is 2e-10 rad over a few
-    hours, 3e-8 rad over a day and 1e-6 rad over two weeks (fortnightly nutation).
+    The precession-nutation model is IAU 2006/2000A. The matrices are interpolated linearly between
+    the first and the last instant, since the 2000A series takes 0.04 ms per instant. The
+    interpolation error is 2e-10 rad over a few hours, 3e-8 rad over a day and 1e-6 rad over two
+    weeks (fortnightly nutation).
     """
     return _interpolate_matrices(erfa.c2i06a, at)
 
@@ -78,8 +76,9 @@ _EARTH_RATE = 2.0 * np.pi * 1.00273781191135448 / erfa.DAYSEC
 
 
 def parse_frame_name(text: str) -> str:
-    """Return the standard name (GCRF, EME2000, TOD, TEME or ITRF) of a reference frame from its
-    name in a file.
+    """Convert the name of a reference frame in a file to its standard name.
+
+    The standard names are GCRF, EME2000, TOD, TEME and ITRF.
 
     Raises
     ------
@@ -99,11 +98,11 @@ def parse_frame_name(text: str) -> str:
 def convert_to_gcrs(
     frame: str, at: JulianDates, position: Floats, velocity: Floats | None
 ) -> tuple[Floats, Floats | None]:
-    """Convert positions [m] and velocities [m/s], shape (n, 3), from a named reference frame to
-    GCRS.
+    """Convert positions [m] and velocities [m/s] from a named reference frame to GCRS.
 
-    The frame is one of `parse_frame_name`. The velocity is relative to the frame. ITRF rotates, and
-    TEME is treated as inertial, as in `compute_gcrs_states`.
+    Both arrays have the shape (n, 3). The frame is one of `parse_frame_name`. The velocity is
+    relative to the frame. ITRF rotates, and TEME is treated as inertial, as in
+    `compute_gcrs_states`.
     """
     rotation = rotation_to_gcrs(frame, at)
     if velocity is not None:
@@ -115,9 +114,7 @@ def convert_to_gcrs(
 
 
 def rotation_to_gcrs(frame: str, at: JulianDates) -> Floats:
-    """Return the rotation matrix from a named reference frame to GCRS at each instant, shape (n, 3,
-    3).
-    """
+    """Return the rotation matrix from a named frame to GCRS at each instant, shape (n, 3, 3)."""
     if frame == "TEME":
         return teme_to_gcrs(at)
     if frame == "ITRF":
@@ -130,8 +127,7 @@ def rotation_to_gcrs(frame: str, at: JulianDates) -> Floats:
 
 
 def lvlh_to_gcrs(position: Floats, velocity: Floats) -> Floats:
-    """Return the rotation matrix from the LVLH frame of a satellite to GCRS at each instant, shape
-    (n, 3, 3).
+    """Return the rotation matrix from LVLH to GCRS at each instant, shape (n, 3, 3).
 
     In LVLH (local vertical, local horizontal), z points to the Earth's center, y is opposite to the
     orbital angular momentum, and x = y × z points forward.

@@ -22,11 +22,10 @@ def interpolate(
     output_times: Floats,
     shift: int = 0,
 ) -> tuple[Floats, Floats]:
-    """Interpolate samples by piecewise polynomials, and return the values and derivatives at the
-    output times, both of shape (k, 3).
+    """Interpolate samples by piecewise polynomials, and return values and derivatives.
 
-    Hermite polynomials are used if the derivatives of the samples are given, and Lagrange
-    polynomials otherwise.
+    Both results have shape (k, 3). Hermite polynomials are used if the derivatives of the samples
+    are given, and Lagrange polynomials otherwise.
 
     Parameters
     ----------
@@ -66,9 +65,7 @@ def interpolate(
 
 
 def _find_first_samples(times: Floats, output_times: Floats, n_samples: int) -> Ints:
-    """Return, for each output time, the index of the first of the `n_samples` samples that its
-    polynomial interpolates.
-    """
+    """Return, for each output time, the index of the first sample in the interpolation window."""
     if n_samples % 2:  # The window is centered at the nearest sample.
         middle = np.searchsorted(0.5 * (times[1:] + times[:-1]), output_times)
     else:  # The window is centered at the interval.

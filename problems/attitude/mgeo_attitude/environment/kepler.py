@@ -20,9 +20,7 @@ _MAX_SERIES_ANGLE = 0.5
 
 
 class Elements(NamedTuple):
-    """Keplerian elements of an elliptic orbit about the Earth. Lengths are in meters and angles in
-    radians.
-    """
+    """Keplerian elements of an elliptic orbit about the Earth, in meters and radians."""
 
     semi_major_axis: float
     eccentricity: float
@@ -38,8 +36,7 @@ def orbital_period(semi_major_axis: float) -> float:
 
 
 def propagate_two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Propagate Keplerian elements by two-body motion, and return position and velocity at given
-    times after the epoch of the elements.
+    """Compute position and velocity from Keplerian elements, assuming two-body motion.
 
     Parameters
     ----------
@@ -56,8 +53,7 @@ def propagate_two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Fl
 
 
 def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
-    """Propagate mean Keplerian elements by two-body motion with the secular drift by J2, and return
-    position and velocity at given times after the epoch of the elements.
+    """Compute position and velocity by two-body motion with secular J2 drift of the elements.
 
     The velocity is the Keplerian velocity of the drifting elements, which neglects the motion of
     node and perigee (of relative size J2). The symmetry axis of J2 is the z axis of the elements.
@@ -70,8 +66,8 @@ def propagate_j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, 
 def j2_secular_rates(
     semi_major_axis: float, eccentricity: float, inclination: float
 ) -> tuple[float, float, float]:
-    """Return the secular drift rates [rad/s] that J2 causes in the ascending node, the argument of
-    perigee and the mean anomaly.
+    """Return the secular drift rates [rad/s] of node, argument of perigee and mean anomaly due to
+    J2.
 
     The drift of the mean anomaly is relative to the Keplerian mean motion. Source: Kozai, The
     motion of a close Earth satellite, Astronomical Journal 64 (1959), equation 14, in which node
@@ -92,11 +88,10 @@ def j2_secular_rates(
 
 
 def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
-    """Solve Kepler's equation M = E - e sin E for the eccentric anomaly E [rad], for an
-    eccentricity below 1.
+    """Solve Kepler's equation M = E - e sin E for the eccentric anomaly E [rad].
 
-    Newton's method starts above the root, where the equation is convex, so that it converges
-    monotonically. The number of revolutions of M is preserved.
+    The eccentricity must be below 1. Newton's method starts above the root, where the equation is
+    convex, so that it converges monotonically. The number of revolutions of M is preserved.
     """
     mean = np.asarray(mean_anomaly, dtype=np.float64)
     revolutions = math.tau * np.round(mean / math.tau)
@@ -119,8 +114,7 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
 def propagate_elements(
     elements: Elements, time: float, rates: tuple[float, float, float]
 ) -> Elements:
-    """Return the Keplerian elements at a later time, by two-body motion with given drift rates of
-    the angles.
+    """Propagate Keplerian elements to a later time, with constant drift rates of the angles.
 
     Parameters
     ----------
@@ -180,9 +174,7 @@ def _propagate(
 def _compute_perifocal_axes(
     raan: Floats, perigee: Floats, inclination: float
 ) -> tuple[Floats, Floats]:
-    """Return the unit vectors toward the perigee and 90° ahead of it in the orbital plane, shape
-    (n, 3).
-    """
+    """Return unit vectors toward the perigee and 90° ahead of the perigee, shape (n, 3)."""
     cos_r, sin_r, zero = np.cos(raan), np.sin(raan), np.zeros_like(raan)
     cos_i, sin_i = math.cos(inclination), math.sin(inclination)
     node = np.stack([cos_r, sin_r, zero], axis=1)
@@ -192,7 +184,7 @@ def _compute_perifocal_axes(
 
 
 def _mean_anomaly(eccentric: Floats, eccentricity: float) -> Floats:
-    """Return the mean anomaly for an eccentric anomaly, accurate also at eccentricities near 1."""
+    """Convert an eccentric anomaly to the mean anomaly, accurately even if e is close to 1."""
     return (1.0 - eccentricity) * eccentric + eccentricity * _angle_minus_sine(eccentric)
 
 

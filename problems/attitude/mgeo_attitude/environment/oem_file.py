@@ -29,7 +29,7 @@ _SEARCH_MARGIN = 3600.0
 
 
 class TimeSpan(NamedTuple):
-    """Start and duration of a run.
+    """Time span for which an orbit is needed.
 
     Attributes
     ----------
@@ -49,8 +49,9 @@ class TimeSpan(NamedTuple):
 def read_oem(
     path: Path, object_name: str, run: TimeSpan, interpolation: str | None, degree: int | None
 ) -> EphemerisOrbit:
-    """Read an orbit ephemeris message (OEM), and return the orbit for a run. The orbit has only the
-    samples that interpolation during the run needs.
+    """Read the orbit for a run from an orbit ephemeris message (OEM).
+
+    The orbit contains only the samples that interpolation during the run needs.
 
     Parameters
     ----------
@@ -134,8 +135,9 @@ def _read_segments(path: Path) -> list[Any]:
 
 
 def _find_object_name(segments: list[Any], object_name: str) -> str:
-    """Return the name and the designator of the object of a message as one text, or raise
-    ValueError if another object is requested.
+    """Return the name and the designator of the object of a message.
+
+    Raise ValueError if another object is requested.
     """
     name = " ".join(str(segments[0].metadata[key]) for key in ("OBJECT_NAME", "OBJECT_ID"))
     if object_name and object_name.casefold() not in (
@@ -164,9 +166,7 @@ def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
 
 
 def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Floats:
-    """Convert epochs of a message, which are in its time scale, to SI seconds after a given
-    datetime.
-    """
+    """Convert epochs in the time scale of a message to SI seconds after `since`."""
     from astropy.time import Time
 
     if time_scale.upper() not in _SCALES:
@@ -180,8 +180,10 @@ def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Flo
 def _find_coasting_samples(
     times: Floats, position: Floats, velocity: Floats, run: TimeSpan
 ) -> Bools:
-    """Return a boolean array that is True for the samples between the last thrust before the run
-    and the first thrust after the run. Raise ValueError if there is thrust during the run.
+    """Select the samples between the last maneuver before a run and the first one after it.
+
+    Return a boolean array with one entry per sample. Raise ValueError if there is thrust during the
+    run.
     """
     coasting = np.ones(len(times), dtype=bool)
     for thrust in find_thrust(times, position, velocity):

@@ -34,8 +34,8 @@ ANALYTIC_PROPAGATORS = {"two-body": propagate_two_body, "j2": propagate_j2_secul
 
 @dataclass(frozen=True, kw_only=True)
 class Orbit(Settings):
-    """Orbit with Keplerian elements in GCRS at the scenario's epoch. The elements are osculating
-    elements for two-body motion, or mean elements for two-body motion with secular drift by J2.
+    """Orbit given by Keplerian elements in GCRS at the scenario's epoch. The elements are
+    osculating for two-body motion, and mean elements if J2 drift is included.
 
     Raises
     ------
@@ -86,15 +86,14 @@ class Orbit(Settings):
         return orbital_period(self.semi_major_axis)
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """Return position [m] and velocity [m/s] in GCRS, shape (n, 3), at given times [s] after
-        the epoch.
+        """Compute position [m] and velocity [m/s] in GCRS at given times [s] after the epoch.
+
+        Both arrays have shape (n, 3).
         """
         return ANALYTIC_PROPAGATORS[self.propagator](self._build_elements(), times)
 
     def shift_epoch(self, time: float) -> Self:
-        """Return the orbit with its elements propagated to a time [s] after the epoch, for a
-        scenario that starts later.
-        """
+        """Return the orbit with its elements propagated to a new epoch, `time` seconds later."""
         elements = self._build_elements()
         rates = j2_secular_rates(*elements[:3]) if self.propagator == "j2" else (0.0, 0.0, 0.0)
         _, _, _, *angles = propagate_elements(elements, time, rates)
@@ -119,8 +118,7 @@ class Orbit(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class OrbitFile(Settings):
-    """Reference to a file that contains element sets (OMM or two-line) or an orbit ephemeris
-    message (OEM).
+    """Reference to a file with element sets (OMM or two-line) or an orbit ephemeris message (OEM).
 
     Files may be compressed (``.gz``). A scenario stores the elements or samples that
     `prepare_for_run` returns, and does not depend on the file, which may change.
@@ -154,8 +152,9 @@ class OrbitFile(Settings):
     def prepare_for_run(
         self, epoch: datetime, duration: float
     ) -> EphemerisOrbit | TLEOrbit | MeanElements:
-        """Read the file, and return the orbit for a run: an element set, or an ephemeris with the
-        samples of the run.
+        """Read the file and return the orbit for a run.
+
+        The orbit is an element set, or an ephemeris with the samples that the run needs.
 
         Parameters
         ----------

@@ -29,7 +29,7 @@ _MIN_SEPARATION = 1e-9
 
 
 def sun_position(at: JulianDates) -> Floats:
-    """Return the vectors from the Earth's center to the Sun [m] in GCRS, shape (n, 3).
+    """Compute the position of the Sun relative to the Earth [m] in GCRS, shape (n, 3).
 
     The planetary theory takes 0.04 ms per instant. For many instants, the theory is evaluated every
     ten minutes and interpolated by cubic Hermite polynomials, whose error is below the rounding
@@ -51,19 +51,20 @@ def sun_position(at: JulianDates) -> Floats:
 
 
 def sun_direction(position: Floats, sun: Floats) -> Floats:
-    """Return the unit vectors from the satellite to the Sun, shape (n, 3). Both positions [m] are
-    in the same axes.
+    """Return unit vectors from the satellite to the Sun, shape (n, 3).
+
+    Both input positions are in meters and in the same axes.
     """
     to_sun = sun - position
     return np.asarray(to_sun / np.linalg.norm(to_sun, axis=-1, keepdims=True))
 
 
 def visible_sun_fraction(position: Floats, sun: Floats) -> Floats:
-    """Return the fraction of the Sun's disc that the Earth does not cover, shape (n,). It is 1 in
-    sunlight and 0 in the umbra.
+    """Return the fraction of the Sun's disc that the Earth does not cover, shape (n,).
 
-    The discs of Sun and Earth are circles on the celestial sphere (Montenbruck & Gill, Satellite
-    Orbits, section 3.4.2). The boundaries of umbra and penumbra are exact.
+    The fraction is 1 in sunlight and 0 in the umbra. The discs of Sun and Earth are circles on the
+    celestial sphere (Montenbruck & Gill, Satellite Orbits, section 3.4.2). The boundaries of umbra
+    and penumbra are exact.
 
     Parameters
     ----------
@@ -95,11 +96,11 @@ def visible_sun_fraction(position: Floats, sun: Floats) -> Floats:
 
 
 def sun_limb_angle(position: Floats, sun: Floats) -> Floats:
-    """Return the angle between the Sun's center and the Earth's limb as seen from the satellite
-    [rad], shape (n,). It is positive where the Sun's center is visible.
+    """Return the angle [rad] from the Earth's limb to the Sun's center, as seen from the satellite.
 
-    The angle is negative if the Earth covers the Sun's center. Where the angle is zero to within
-    3e-6 rad, `visible_sun_fraction` is one half.
+    The angle, shape (n,), is positive where the Sun's center is visible. The angle is negative if
+    the Earth covers the Sun's center. Where the angle is zero to within 3e-6 rad,
+    `visible_sun_fraction` is one half.
 
     Parameters
     ----------
@@ -114,15 +115,15 @@ def sun_limb_angle(position: Floats, sun: Floats) -> Floats:
 
 
 def albedo_vector(position: Floats, sun: Floats) -> Floats:
-    """Return the sunlight that the Earth reflects to the satellite, as a vector in units of direct
-    sunlight, shape (n, 3).
+    """Compute the sunlight that the Earth reflects to the satellite, as one vector per sample.
 
-    The component along a direction is the cosine-law signal of a flat cell that faces the
-    direction, minus the signal of a cell that faces the opposite direction. The vector is added to
-    the measurement of a coarse Sun sensor. The Earth is a Lambert sphere of reflectivity 1: D. D.
-    V. Bhanderi, T. Bak, Modeling Earth Albedo for Satellites in Earth Orbit, AIAA GNC 2005, with a
-    constant reflectivity instead of maps. The mean reflectivity of the Earth is 0.29 (G. L.
-    Stephens et al., The albedo of Earth, Reviews of Geophysics 53, 2015).
+    The vectors, shape (n, 3), are in units of direct sunlight. The component along a direction is
+    the cosine-law signal of a flat cell that faces the direction, minus the signal of a cell that
+    faces the opposite direction. The vector is added to the measurement of a coarse Sun sensor. The
+    Earth is a Lambert sphere of reflectivity 1: D. D. V. Bhanderi, T. Bak, Modeling Earth Albedo
+    for Satellites in Earth Orbit, AIAA GNC 2005, with a constant reflectivity instead of maps. The
+    mean reflectivity of the Earth is 0.29 (G. L. Stephens et al., The albedo of Earth, Reviews of
+    Geophysics 53, 2015).
 
     Parameters
     ----------
@@ -162,7 +163,8 @@ def albedo_vector(position: Floats, sun: Floats) -> Floats:
 
 
 def moon_position(at: JulianDates) -> Floats:
-    """Return the geometric vectors from the Earth's center to the Moon [m] in GCRS, shape (n,
-    3).
+    """Compute the position of the Moon relative to the Earth [m] in GCRS, shape (n, 3).
+
+    The position is geometric: light time is not included.
     """
     return np.asarray(ASTRONOMICAL_UNIT * erfa.moon98(at.midnight, at.tt)["p"])

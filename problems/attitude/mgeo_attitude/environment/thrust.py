@@ -24,7 +24,7 @@ _N_STEPS = 24
 
 
 class Thrust(NamedTuple):
-    """Time interval in which orbit samples show an acceleration that gravity does not explain.
+    """Time interval in which orbit samples show an acceleration other than gravity.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Thrust(NamedTuple):
 
 
 def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrust]:
-    """Return the time intervals in which orbit samples show thrust, in chronological order.
+    """Find the time intervals in which orbit samples show thrust, in chronological order.
 
     Parameters
     ----------
@@ -78,8 +78,7 @@ def find_thrust(times: Floats, position: Floats, velocity: Floats) -> list[Thrus
 def _compute_residual_acceleration(
     start: Floats, velocity: Floats, duration: Floats, j2: float
 ) -> Floats:
-    """Return the mean non-gravitational acceleration [m/s²] in each of n intervals between samples,
-    shape (n,).
+    """Compute the mean non-gravitational acceleration [m/s²] between samples, shape (n,).
 
     Parameters
     ----------

@@ -27,8 +27,7 @@ TAI_OFFSETS = {"TAI": 0.0, "GPS": 19.0, "TT": -erfa.TTMTAI}
 
 
 class JulianDates(NamedTuple):
-    """Julian dates of n instants, split into a common midnight and the days since midnight in UT
-    and in TT.
+    """Julian dates of n instants in UT and TT, relative to a common midnight.
 
     `ut` represents both UTC and UT1 by SI seconds since the UTC epoch, and is continuous through a
     leap second like UT1. `tt` is terrestrial time, which differs from TDB by less than 2 ms.
@@ -53,7 +52,7 @@ def as_utc(epoch: datetime) -> datetime:
 
 
 def compute_julian_dates(epoch: datetime, times: ArrayLike) -> JulianDates:
-    """Return the Julian dates of n instants, given as times [s] after an epoch with UTC offset.
+    """Compute Julian dates at given times [s] after an epoch with UTC offset.
 
     The leap seconds are those of erfa, which has none before 1960 and none that are not yet
     announced. The error of TT in such years is up to 40 s plus future leap seconds, which changes
@@ -77,16 +76,15 @@ def seconds_between(since: datetime, until: datetime) -> float:
 
 
 def instant_after(epoch: datetime, seconds: float) -> datetime:
-    """Return the datetime in UTC that is a given number of SI seconds after an epoch, including
-    leap seconds.
-    """
+    """Add SI seconds to an epoch, counting leap seconds, and return the datetime in UTC."""
     instant = as_utc(epoch) + timedelta(seconds=seconds)
     return instant - timedelta(seconds=seconds_between(epoch, instant) - seconds)
 
 
 def format_instant(epoch: datetime, seconds: float) -> str:
-    """Return the UTC time stamp of the instant that is a given number of seconds after an epoch,
-    such as 2018-06-05T00:00:00.000Z.
+    """Format an instant as a UTC time stamp such as ``2018-06-05T00:00:00.000Z``.
+
+    The instant is `seconds` after the epoch.
     """
     instant = as_utc(epoch) + timedelta(seconds=float(seconds))
     return instant.isoformat(timespec="milliseconds").replace("+00:00", "Z")
@@ -101,8 +99,7 @@ def tai_minus_utc(utc: datetime) -> float:
 
 
 def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = "UTC") -> Floats:
-    """Parse time stamps in ISO 8601, and return the SI seconds from an epoch to each time stamp,
-    shape (n,).
+    """Parse ISO 8601 time stamps, and return SI seconds after an epoch, shape (n,).
 
     A leap second is second 60 of its minute.
 
@@ -132,8 +129,7 @@ def parse_time_stamps(epoch: datetime, stamps: Sequence[str], time_scale: str = 
 def convert_calendar_seconds(
     epoch: datetime, seconds: ArrayLike, time_scale: str = "UTC"
 ) -> Floats:
-    """Convert calendar seconds after an epoch, which do not count leap seconds, to SI seconds after
-    the epoch, shape (n,).
+    """Convert calendar seconds, which omit leap seconds, to SI seconds after an epoch.
 
     Parameters
     ----------
@@ -157,7 +153,7 @@ def convert_calendar_seconds(
 
 
 def _compute_tai_offsets(time_scale: str, dates: Ints, fractions: Floats) -> Floats:
-    """Return TAI minus the time of a given time scale [s] on given dates, shape (n,).
+    """Return TAI minus another time scale [s] on each of n dates, shape (n,).
 
     Parameters
     ----------
@@ -194,7 +190,7 @@ def _parse_stamp(stamp: str) -> tuple[date, float]:
 
 
 def format_time_stamps(epoch: datetime, times: ArrayLike) -> list[str]:
-    """Return the instants at given times [s] after an epoch as UTC time stamps in ISO 8601.
+    """Format times [s] after an epoch as UTC time stamps in ISO 8601.
 
     The time stamps have microseconds and no time zone, such as ``2018-06-05T00:00:01.000000``, as
     in the calendar format of CCSDS 301.0-B. A leap second is second 60.

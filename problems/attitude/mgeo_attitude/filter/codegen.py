@@ -43,13 +43,13 @@ def build_step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Generate the Python source of one filter step in several parts. Return a dict, in execution
-    order, from the name of a part, such as ``propagate`` or ``update_0``, to its source.
+    """Generate the Python source of one filter step, divided into several parts.
 
-    The source describes one candidate. It consists of assignments to names and to workspace values
-    ``W[k]``, and of loops over such assignments. The part `CHECK_PART` is not executed in every
-    step: it computes the last Cholesky pivot of the covariance. A step is split into parts because
-    compile time grows faster than linearly with the size of a function.
+    The result maps the name of each part, such as ``propagate`` or ``update_0``, to its source, in
+    execution order. The source describes one candidate. It consists of assignments to names and to
+    workspace values ``W[k]``, and of loops over such assignments. The part `CHECK_PART` is not
+    executed in every step: it computes the last Cholesky pivot of the covariance. A step is split
+    into parts because compile time grows faster than linearly with the size of a function.
 
     Parameters
     ----------
@@ -82,8 +82,9 @@ def build_step_parts(
 
 
 class _StepBuilder:
-    """Builder of the source of a filter step. Its methods return symbols for the quantities that
-    the step reads from the workspace.
+    """Builder of the generated code for one filter step.
+
+    Its methods return symbols for the quantities that the step reads from the workspace.
     """
 
     def __init__(self, suite: Suite, gated: tuple[bool, ...], monitors: Monitors) -> None:
@@ -100,16 +101,18 @@ class _StepBuilder:
         return Triangle(code, self.slots.scratch)
 
     def take_constants(self, code: Code, n_constants: int) -> list[Symbol]:
-        """Return symbols for the next `n_constants` constants that no earlier call has returned, in
-        the order of `variants.stack_constants`.
+        """Return symbols for the next `n_constants` constants of the filter step.
+
+        Successive calls return the constants in the order of `variants.stack_constants`.
         """
         return [code.slot(k) for k in islice(self._constants, n_constants)]
 
     def select_table_values(
         self, code: Code, group: str, first: int, count: int
     ) -> Sequence[Symbol]:
-        """Return symbols for `count` values of the current row of the orbit table, starting at
-        column `first` of the named group of columns.
+        """Return symbols for `count` values in the current row of the orbit table.
+
+        The values start at column `first` of the named group of columns.
         """
         return code.slots(self.slots.table + self._columns[group] + first, count)
 
@@ -118,8 +121,9 @@ class _StepBuilder:
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
     def load_body_vector(self, code: Code, group: str, index: int = 0) -> Vec3:
-        """Return symbols for the components, in body axes, of the vector with number `index` in the
-        named group of orbit-table columns.
+        """Return symbols for a vector of the orbit table, converted to body axes.
+
+        The vector has the number `index` in the named group of columns.
         """
         return self.rotate_to_body(code, self.select_table_values(code, group, 3 * index, 3))
 
@@ -186,8 +190,9 @@ def _monitor_paths(step: _StepBuilder) -> None:
 
 
 def _update(step: _StepBuilder, index: int) -> None:
-    """Generate code for the measurement update with one sensor. The update leaves the covariance
-    unchanged at a sample at which the sensor cannot measure.
+    """Generate code for the measurement update with one sensor.
+
+    The update leaves the covariance unchanged at a sample at which the sensor cannot measure.
     """
     suite, sensor, code = step.suite, step.suite.sensors[index], step.find_part(f"update_{index}")
     rate = Vec3(*code.slots(step.slots.body_rate, 3))
@@ -233,8 +238,9 @@ def _update(step: _StepBuilder, index: int) -> None:
 
 
 def _monitor_states(step: _StepBuilder) -> None:
-    """Generate code that counts the consecutive samples, up to and including the current one, at
-    which all required 1-sigmas are satisfied.
+    """Generate code that counts consecutive samples at which all required 1-sigmas are satisfied.
+
+    The count ends at the current sample.
     """
     code, states = step.find_part("monitor_states"), step.monitors.states
     weights = step.take_constants(code, len(states))
@@ -256,8 +262,7 @@ def _sum_trace(step: _StepBuilder) -> None:
 def compute_instrument_constants(
     suite: Suite, step: float, path_constraints: Sequence[PathConstraint] = ()
 ) -> np.ndarray:
-    """Return a one-dimensional array of the constants of a compiled filter step that depend on
-    sensors, Gauss-Markov processes and path constraints.
+    """Return the constants of a filter step that depend on instruments and path constraints.
 
     The constants are, in this order: decay factor and process-noise variances of each Gauss-Markov
     process; the constants of the path constraints (`path_constraints.list_cone_constants`); and for
@@ -294,9 +299,10 @@ def compute_instrument_constants(
 def build_module_source(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors, n_lanes: int
 ) -> str:
-    """Return the source of a Python module with the compiled filter step of a sensor suite. Its
-    function ``step(W)`` advances all candidates in the workspace W by one step. Its function
-    ``check(W)`` computes the last Cholesky pivot of each covariance.
+    """Generate the source of a Python module with the compiled filter step of a sensor suite.
+
+    The function ``step(W)`` of the module advances all candidates in the workspace W by one step.
+    The function ``check(W)`` computes the last Cholesky pivot of each covariance.
 
     Parameters
     ----------

@@ -31,8 +31,7 @@ Rows = list[list[Symbol]]
 
 
 def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Generate code for the time update of the covariance, given the nonzero entries of the
-    transition matrix F and of the process-noise covariance Q.
+    """Generate code for the time update of the covariance.
 
     The update is P ← F P Fᵀ + Q, equation (3) of docs/explanation/models-and-filter.md. A row that
     is missing in F is a row of the identity matrix without process noise, for a constant state. The
@@ -61,8 +60,9 @@ def predict(P: Triangle, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
 def _predict_coupled(
     P: Triangle, n_coupled: int, rows: Mapping[int, list[int]], F: SparseMatrix, Q: SparseMatrix
 ) -> None:
-    """Generate code for the time update of the covariance of the first `n_coupled` states. The
-    states after them do not affect any other state.
+    """Generate code for the time update of the covariance of the first `n_coupled` states.
+
+    Later states do not affect any other state.
     """
     code, coupled_rows = P.code, [i for i in rows if rows[i] != [i]]
 
@@ -90,8 +90,8 @@ def _predict_coupled(
 def _predict_cross_covariance(
     P: Triangle, n_coupled: int, n: int, rows: Mapping[int, list[int]], F: SparseMatrix
 ) -> None:
-    """Generate code that multiplies the covariance between the first `n_coupled` states and all
-    later states by the transition matrix of the first states.
+    """Generate code that applies the transition of the coupled states to their covariance with
+    later states.
 
     Three rows are processed together, so that an entry of F is loaded once for three products.
     """
@@ -106,8 +106,9 @@ def _predict_cross_covariance(
 
 
 def _predict_diagonal(P: Triangle, block: int, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Generate code for the time update of a block of three states, starting at index `block`,
-    whose rows of F have only diagonal entries.
+    """Generate code for the time update of a block of three states whose rows of F are diagonal.
+
+    The block starts at the index `block`.
     """
     states = range(block, block + 3)
     with P.code.loop(0, block) as column:
@@ -129,8 +130,7 @@ def update(
     gate: Any = 1.0,
     considered: Collection[int] = (),
 ) -> None:
-    """Generate code for the measurement update of the covariance with one sensor. The update does
-    not estimate the states in `considered`, which have zero gain.
+    """Generate code for the measurement update of the covariance with one sensor.
 
     The code computes P ← P - K H P with the gain K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4) of
     docs/explanation/models-and-filter.md. Up to three measurement rows are processed together. With
@@ -194,8 +194,9 @@ def update(
 
 
 def list_measured_states(n: int, measure: MeasureFunction) -> list[int]:
-    """Return the indices of the states on which a measurement depends, which are the nonzero
-    columns of the measurement matrix.
+    """Return the indices of the states on which a measurement depends.
+
+    These are the nonzero columns of the measurement matrix.
     """
     units = enumerate(np.eye(n).tolist())
     return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
@@ -208,9 +209,11 @@ def factor_innovation(
     variances: Sequence[Any],
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
-    """Return the Cholesky factor of the innovation covariance: a dict of the entries below the
-    diagonal, and a list of the inverse diagonal entries. The inverse entries are multiplied by
-    `gate`, which is 0 where the sensor cannot measure, so that the gain is then zero.
+    """Return the Cholesky factor of the innovation covariance R + H P Hᵀ.
+
+    The factor consists of a dict of the entries below the diagonal and a list of the inverse
+    diagonal entries. The inverse entries are multiplied by `gate`, which is 0 where the sensor
+    cannot measure, so that the gain is then zero.
 
     Parameters
     ----------
@@ -230,8 +233,10 @@ def factor_innovation(
 def factor_cholesky(
     columns: Sequence[Sequence[Any]], variances: Sequence[Any]
 ) -> tuple[Factor, list[Any]]:
-    """Return the Cholesky factor of the sum of a symmetric and a diagonal matrix: a dict of the
-    entries below the diagonal, keyed by (row, column), and a list of the inverse diagonal entries.
+    """Return the Cholesky factor of the sum of a symmetric and a diagonal matrix.
+
+    The factor consists of a dict of the entries below the diagonal, keyed by (row, column), and a
+    list of the inverse diagonal entries.
 
     Parameters
     ----------
@@ -251,8 +256,10 @@ def factor_cholesky(
 
 
 def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
-    """Return one row of the scaled gain G = P Hᵀ L⁻ᵀ. It is computed from the same row of P Hᵀ by
-    forward substitution with the Cholesky factor L of the innovation covariance.
+    """Compute one row of the scaled gain G = P Hᵀ L⁻ᵀ by forward substitution.
+
+    The argument `row` is the same row of P Hᵀ, and L is the Cholesky factor of the innovation
+    covariance.
     """
     g: list[Any] = []
     for r in range(len(inverse)):
@@ -261,8 +268,7 @@ def compute_gain_row(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> l
 
 
 def compute_last_pivot(P: Triangle, n: int) -> Any:
-    """Generate code that computes the last pivot of the Cholesky factorization of the covariance,
-    and return the symbol of the pivot.
+    """Generate code for the last pivot of the Cholesky factorization of P, and return its symbol.
 
     The pivot is positive only if P is positive definite. No branch is needed, because the square
     root of a negative pivot is NaN and NaN propagates to all later pivots. The factorization uses a
@@ -298,8 +304,9 @@ def _subtract(
     last: int,
     start: int | Index,
 ) -> None:
-    """Generate code that subtracts G Gᵀ from the covariance, in the rows `first` to `last` - 1 and
-    from the column `start` to the diagonal.
+    """Generate code that subtracts G Gᵀ from the covariance in the rows `first` to `last` - 1.
+
+    In each row, the columns from `start` to the diagonal change.
     """
     with P.code.loop(first, last, 3) as i:
         row_gain = G(i)
@@ -311,8 +318,9 @@ def _subtract(
 def _subtract_block(
     P: Triangle, left: tuple[int | Index, Rows], right: tuple[int | Index, Rows]
 ) -> None:
-    """Generate code that subtracts G Gᵀ from one 3 x 3 block of the covariance, on or below the
-    diagonal.
+    """Generate code that subtracts G Gᵀ from one 3 x 3 block of the covariance.
+
+    The block is on or below the diagonal.
     """
     (i, G), (j, other) = left, right
     for a in _BLOCK:
@@ -323,16 +331,19 @@ def _subtract_block(
 
 
 def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
-    """Yield the index ranges (start, stop) below `end` that remain between blocks of three states.
-    The blocks are given by their first indices, in increasing order.
+    """Yield the index ranges (start, stop) below `end` that lie between blocks of three states.
+
+    The argument `blocks` contains the first index of each block, in increasing order.
     """
     starts, ends = [0, *(block + 3 for block in blocks)], [*blocks, end]
     return ((a, b) for a, b in zip(starts, ends, strict=True) if a < b)
 
 
 def _format_gain_slot(P: Triangle, i: int | Index, r: int) -> str:
-    """Return, as source text, the index of the workspace slot of entry (i, r) of P Hᵀ, for state i
-    and component r of the measurement. Entry (i, r) of the scaled gain G later overwrites the slot.
+    """Return the workspace slot of entry (i, r) of P Hᵀ, as source text.
+
+    The index i is the state, and r is the component of the measurement. Entry (i, r) of the scaled
+    gain G later overwrites the slot.
     """
     return f"3 * ({i}) + {P.scratch + r}"
 

@@ -24,7 +24,7 @@ _MAX_TERMS = 30
 
 @helper
 def multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
-    """Write the matrix product A B, multiplied by `factor`, to the array `out`.
+    """Write `factor` times the matrix product A B to the array `out`.
 
     Loops that skip zeros are faster than BLAS, since the matrices are small and mostly zero.
     """
@@ -52,8 +52,7 @@ def infinity_norm(A: Floats) -> float:
 
 @helper
 def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
-    """Return the transition matrix F and the process-noise covariance Q of one filter step, given
-    the dynamics matrix A and the process-noise density of the continuous-time error model.
+    """Compute the transition matrix F and the process-noise covariance Q of one filter step.
 
     F = exp(A dt) and Q is the integral of exp(A s) diag(density) exp(A s)ᵀ over the step, equation
     (8) of docs/explanation/models-and-filter.md.
@@ -120,10 +119,10 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
 
 @helper
 def compute_step_rotation(omega: Floats, dt: float) -> Floats:
-    """Return the matrix that transforms coordinates from the body axes at the start of a step to
-    the body axes at its end, for a constant body rate.
+    """Return the rotation matrix between the body axes at the start and at the end of a step.
 
-    The matrix is exp(-[ω×] dt) by Rodrigues' formula, with series for small angles.
+    The matrix converts coordinates from the axes at the start to the axes at the end. The body rate
+    is constant. The matrix is exp(-[ω×] dt) by Rodrigues' formula, with series for small angles.
 
     Parameters
     ----------

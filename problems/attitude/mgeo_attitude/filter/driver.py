@@ -27,7 +27,7 @@ CACHE_SIZE = 256
 
 @helper
 def allocate_workspace(n_slots, lanes):
-    """Return a zero array, shape (n_slots, lanes), whose first element is aligned to a cache line.
+    """Allocate a zero workspace, shape (n_slots, lanes), that is aligned to a cache line.
 
     A vector that spans two cache lines loads at half the speed.
     """
@@ -39,12 +39,11 @@ def allocate_workspace(n_slots, lanes):
 
 @helper
 def allocate_ring_buffer(window, lanes):
-    """Return a zero array, shape (size, lanes), that serves as the ring buffer for the latest
-    covariance traces of all vector lanes. Its size is the smallest power of two that exceeds the
-    convergence window, in steps.
+    """Allocate the ring buffer for the latest covariance traces of all vector lanes.
 
-    With a power of two, an index is computed by a bit mask. The traces of a complete
-    run would not fit in the second-level cache.
+    The buffer has the shape (size, lanes). Its size is the smallest power of two that exceeds the
+    convergence window, in steps. With a power of two, an index is computed by a bit mask. The
+    traces of a complete run would not fit in the second-level cache.
     """
     size = 1
     while size <= window:
@@ -54,16 +53,19 @@ def allocate_ring_buffer(window, lanes):
 
 @compile_cached("Tuple((float64[:,::1], float64[:,::1]))(float64[:,::1], float64[::1], float64)")
 def discretize_compiled(A, density, dt):
-    """Return the transition matrix and the process-noise covariance of one filter step. This
-    function is `discretize`, compiled for calls from Python.
+    """Discretize the error dynamics of one filter step, compiled for calls from Python.
+
+    See `discretize`.
     """
     return discretize(A, density, dt)
 
 
 @helper
 def write_maneuver(values, omega, dynamics):
-    """Compute the step rotation, the transition matrix and the process noise for the constant body
-    rate of a maneuver, and write them to `values` in the order of the workspace slots.
+    """Compute the constants of a filter step at a given body rate, and write them to `values`.
+
+    The constants are the step rotation, the transition matrix and the process noise, in the order
+    of the workspace slots.
     """
     parts, density, pattern, dt, by_polynomials = dynamics
     if by_polynomials:
@@ -100,8 +102,9 @@ def write_maneuver(values, omega, dynamics):
 
 @helper
 def compute_cache_row(key):
-    """Return the row of the maneuver cache for a key, which consists of the model variant and the
-    bits of the body rate. The row is a hash of the key.
+    """Return the row of the maneuver cache in which a key is stored.
+
+    The row is a hash of the key, which consists of the model variant and the bits of the body rate.
     """
     value = np.uint64(0)
     for number in key:
@@ -112,8 +115,9 @@ def compute_cache_row(key):
 
 @helper
 def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
-    """Write the step rotation, the transition matrix and the process noise of a maneuver to a
-    vector lane of the workspace. They come from the cache if the maneuver is in it.
+    """Load the step constants of a maneuver into a vector lane, from the cache if possible.
+
+    The constants are the step rotation, the transition matrix and the process noise.
     """
     keys, values_of_row = cache
     bits = omega.view(np.int64)
@@ -130,8 +134,10 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
 
 @helper
 def load_axis_angle(W, lane, slot, omega, dt):
-    """Load the rotation of the body over the duration dt of a step into a vector lane of the
-    workspace: axis, angle, sine and cosine of the angle. The axis is zero at zero rate.
+    """Load the rotation of the body in one step into a vector lane of the workspace.
+
+    The values are the unit axis, the angle, and the sine and cosine of the angle. The axis is zero
+    at zero rate.
     """
     rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
     for i in range(3):
@@ -142,9 +148,7 @@ def load_axis_angle(W, lane, slot, omega, dt):
 
 @helper
 def save_lane(W, lane, n_values, traces, row, n, state):
-    """Copy the filter state in a vector lane, followed by the latest n covariance traces of the
-    lane, to the array `state`.
-    """
+    """Save the filter state and the latest n covariance traces of a vector lane to `state`."""
     for j in range(n_values):
         state[j] = W[j, lane]
     for j in range(n):
@@ -153,9 +157,7 @@ def save_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def restore_lane(W, lane, n_values, traces, row, n, state):
-    """Load the filter state and the latest n covariance traces of a vector lane from the array
-    `state`, which has the format of `save_lane`.
-    """
+    """Restore a vector lane from an array `state` that `save_lane` has written."""
     for j in range(n_values):
         W[j, lane] = state[j]
     for j in range(n):
@@ -164,11 +166,11 @@ def restore_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def has_converged(traces, lane, row, window, decrease, allow_rise):
-    """Return True if the covariance trace in a vector lane fell by less than the fraction
-    `decrease` over the convergence window. A rise counts as convergence only if `allow_rise` is
-    true.
+    """Return True if the covariance trace of a vector lane has converged.
 
-    A NaN trace counts as converged, to end the run.
+    The trace has converged if it fell by less than the fraction `decrease` over the convergence
+    window. A rise counts as convergence only if `allow_rise` is true. A NaN trace counts as
+    converged, to end the run.
     """
     start_trace = traces[(row - window) & (len(traces) - 1), lane]
     fall = start_trace - traces[row, lane]
@@ -177,8 +179,9 @@ def has_converged(traces, lane, row, window, decrease, allow_rise):
 
 @helper
 def count_settled_steps(traces, lane, row, k, factor):
-    """Return the number of consecutive steps directly before the current step, at most k, at which
-    the covariance trace is at most `factor` times the current trace.
+    """Count the consecutive steps before the current step at which the trace was already settled.
+
+    A trace is settled if it is at most `factor` times the current trace. The count is at most k.
     """
     bound, n = factor * traces[row, lane], 0
     while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= bound:
@@ -211,12 +214,12 @@ def run(
     final_values,
     record,
 ):
-    """Run filter jobs from a shared queue until the queue is empty, and write the results to the
-    output arrays. Several threads may call the function at once.
+    """Run filter jobs from a shared queue until it is empty, and write results to output arrays.
 
-    A lane that has finished a job takes the next job from the queue and restarts its clock. Lanes
-    do not exchange values, and a job continues from the exact final state of its parent job. The
-    result of a design therefore depends only on the model and the design.
+    Several threads may call the function at once. A lane that has finished a job takes the next job
+    from the queue and restarts its clock. Lanes do not exchange values, and a job continues from
+    the exact final state of its parent job. The result of a design therefore depends only on the
+    model and the design.
 
     Parameters
     ----------

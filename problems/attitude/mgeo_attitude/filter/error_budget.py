@@ -29,8 +29,7 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class ErrorBudget(NamedTuple):
-    """Contribution of each of s error sources to the variance of each of n states at the end of a
-    run.
+    """Contribution of each error source to the variance of each state at the end of a run.
 
     Attributes
     ----------
@@ -49,17 +48,17 @@ GYRO_NOISE = "gyro noise"
 
 
 def format_initial_error(label: str) -> str:
-    """Return the name of the error source that an initial error is, such as "initial gyro bias"."""
+    """Return the name of the initial error of a state, such as "initial gyro bias"."""
     return f"initial {label}"
 
 
 def format_drift(label: str) -> str:
-    """Return the name of the process noise of an error as error source: "gyro bias drift"."""
+    """Return the name of the process noise of a state, such as "gyro bias drift"."""
     return f"{label} drift"
 
 
 def format_sensor_noise(sensor: Sensor) -> str:
-    """Return the name of the measurement noise of a sensor as error source.
+    """Return the name of the measurement noise of a sensor, such as "Sun sensor noise".
 
     A sensor with the default name of its class is called by its kind, as in "Sun sensor noise".
     """
@@ -82,8 +81,7 @@ class _Step(NamedTuple):
 
 
 def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) -> ErrorBudget:
-    """Return the contribution of each error source to the variance of each state at the time
-    `t_end` of a nominal run.
+    """Compute the contribution of each error source to the variance of each state at `t_end`.
 
     The gains of the run are those of the complete filter. The computation takes about 0.1 ms per
     filter step.
@@ -125,8 +123,9 @@ def compute_error_budget(model: FilterModel, design: ArrayLike, t_end: float) ->
 
 
 def _iterate_densities(suite: Suite) -> Iterator[tuple[str, Floats]]:
-    """Yield a pair for each block of three dynamic states: the name of the block, and the
-    process-noise densities with those of all other blocks set to zero, shape (n_dynamic,).
+    """Yield the name and the process-noise density of each block of three dynamic states.
+
+    The density has shape (n_dynamic,) and is zero for all other blocks.
     """
     density = suite.compute_noise_density()
     for i in range(0, len(density), 3):
@@ -179,8 +178,10 @@ def _compute_update(P: Floats, H: Floats, R: Floats, sensor: int, considered: In
 
 
 def _discretize(model: FilterModel, rate: Floats) -> tuple[Floats, Floats]:
-    """Return the transition matrix of a step at a constant body rate, shape (n, n), and the
-    process-noise covariance due to each of the d state blocks with process noise, shape (d, n, n).
+    """Return the transition matrix of a step and the process noise due to each state block.
+
+    The body rate is constant. The transition matrix has shape (n, n). The process-noise covariances
+    have shape (d, n, n), one for each of the d blocks with process noise.
     """
     from mgeo_attitude.filter.kernel import load_driver  # This import loads numba.
 

@@ -24,15 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Results of the covariance filter for a batch of n designs, as arrays: convergence times,
-    covariance traces, covariances and constraint quantities.
+    """Results of the covariance filter for a batch of n designs.
 
     `t_end` and `trace` are NaN for a design whose covariance lost positive definiteness.
 
     Attributes
     ----------
     t_end : array, shape (n,)
-        Convergence time [s]; the scenario's duration if the run did not converge.
+        End of the run [s]: the convergence time, the given end step, or the scenario's duration.
     trace : array, shape (n,)
         Weighted trace of the covariance at `t_end`.
     variances : array, shape (n, n_steps + 1, n_states) or (0, n_steps + 1, n_states)
@@ -81,8 +80,7 @@ def evaluate(
     variant_index: Ints | None = None,
     end_steps: ArrayLike | None = None,
 ) -> Evaluation:
-    """Run the covariance filter for each design of a batch, and return the convergence times,
-    covariance traces and constraint quantities as arrays.
+    """Run the covariance filter for each design of a batch, and return an `Evaluation`.
 
     The result of a design depends only on the model and the design, not on the rest of the batch,
     the order of the designs, or the number of threads.
@@ -205,9 +203,9 @@ def _compute_wheel_loads(model: FilterModel, batch: Batch, end_step: Ints) -> Fl
 
 
 def _find_required_step(result: BatchResult) -> Ints:
-    """Return, for each design, the first step from which all required 1-sigmas remain satisfied
-    until the end of the run. If one is not satisfied at the end, the result is one step past the
-    end.
+    """Return, for each design, the first step from which all required 1-sigmas stay satisfied.
+
+    If a requirement is violated at the end of the run, the result is one step past the end.
     """
     return result.end_step + 1 - np.rint(result.monitors[:, -1]).astype(np.int64)
 

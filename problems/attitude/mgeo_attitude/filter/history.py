@@ -15,8 +15,9 @@ from mgeo_attitude.maneuvers.motion import Motion
 
 @dataclass(frozen=True)
 class FilterHistory:
-    """Time history of a filter run from the start to convergence: 1-sigmas, covariance trace and
-    attitude at each sample.
+    """Time history of a filter run: 1-sigmas, covariance trace and attitude at each sample.
+
+    The history ends when the run converges.
 
     Attributes
     ----------
@@ -54,13 +55,12 @@ class FilterHistory:
 
     @property
     def t_end(self) -> float:
-        """End time of the run [s], which is the first objective of the optimization."""
+        """End time of the filter run [s], which is the objective ``t_end``."""
         return float(self.times[-1])
 
 
 def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
-    """Run the compiled covariance filter for one design, and return its time history: 1-sigmas,
-    covariance trace and attitude at each sample.
+    """Run the compiled covariance filter for one design, and return its time history.
 
     The filter consists of equations (2) to (4) of docs/explanation/models-and-filter.md.
     `run_reference_filter` computes the same history with filterpy in about a hundred times the
@@ -105,8 +105,7 @@ def run_filter(model: FilterModel, design: ArrayLike) -> FilterHistory:
 
 
 def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
-    """Return a boolean array with one entry per sample of an attitude history: True where the
-    sensor with the given index can measure.
+    """Return a mask of the samples of an attitude history at which a sensor can measure.
 
     A sensor measures if it is available, if its field-of-view conditions are satisfied, and if the
     body rate is at most the sensor's maximum.
@@ -140,8 +139,9 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
 def build_measurement_model(
     model: FilterModel, attitude: Floats, rates: Floats
 ) -> tuple[Floats, Floats, Bools]:
-    """Return the measurement matrices of all sensors along an attitude history, the noise
-    variances, and a boolean array that is True where a measurement is available.
+    """Return measurement matrices, noise variances and a mask of available measurements.
+
+    They cover all sensors along an attitude history.
 
     Parameters
     ----------

@@ -31,8 +31,9 @@ _MIN_COMMON_STEPS = 16
 
 
 class Jobs(NamedTuple):
-    """Table of n filter jobs, as one array per column. A job runs a range of filter steps of a
-    design, starting from the final state of its parent job.
+    """Table of n filter jobs, each of which runs a range of filter steps of a design.
+
+    The table has one array per column. A job starts from the final state of its parent job.
 
     Attributes
     ----------
@@ -58,7 +59,7 @@ class Jobs(NamedTuple):
 
 
 def build_separate_jobs(variant_index: Ints) -> Jobs:
-    """Return a table of jobs with one job per design, which runs the design from start to end.
+    """Build a job table in which each design is run separately from start to end.
 
     Parameters
     ----------
@@ -73,10 +74,9 @@ def build_separate_jobs(variant_index: Ints) -> Jobs:
 def build_shared_jobs(
     rates: Floats, starts: Ints, maneuver_end_steps: Ints, n_steps: int, variant_index: Ints
 ) -> Jobs:
-    """Return a table of jobs in which equal designs run only once, and so do the initial steps that
-    several designs have in common.
+    """Build a job table that runs the initial steps shared by several designs only once.
 
-    Designs of different model variants share no steps.
+    Equal designs are also run only once. Designs of different model variants share no steps.
 
     Parameters
     ----------
@@ -115,9 +115,7 @@ def build_shared_jobs(
 
 
 def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
-    """Return, for designs in sorted order, the number of initial steps that each design has in
-    common with the next one.
-    """
+    """Count the initial steps that each design shares with the next design in sorted order."""
     same_rate = (rates[1:] == rates[:-1]).all(axis=2)
     same = same_rate & (ends[1:] == ends[:-1])
     count = np.minimum.accumulate(same, axis=1).sum(axis=1)
@@ -149,12 +147,12 @@ def _build_tree(unique: Ints, common: Ints, representative: Ints) -> Jobs:
 
 @compile_on_first_call("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
 def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
-    """Build the tree of the initial steps that designs have in common, and return three arrays with
-    one entry per node: the step at which the node branches off, the index of its parent node, and
-    the index of a design that passes through the node.
+    """Build the tree of the initial steps that designs share.
 
-    The nodes are the root (node 0), the designs, and the branching points. A stack contains the
-    path from the root to the current design.
+    Return three arrays with one entry per node: the step at which the node branches off, the index
+    of its parent node, and the index of a design that passes through the node. The nodes are the
+    root (node 0), the designs, and the branching points. A stack contains the path from the root to
+    the current design.
     """
     max_nodes = 2 * len(unique) + 1
     depth, parent = np.zeros(max_nodes, dtype=np.int64), np.full(max_nodes, -1)
@@ -178,9 +176,7 @@ def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 class Batch(NamedTuple):
-    """Batch of designs to evaluate: model variants, index of the variant of each design, schedules
-    of all designs, and number of threads.
-    """
+    """Batch of designs to be evaluated, each with a variant of the filter model."""
 
     variants: Sequence[FilterModel]
     variant_index: Ints
@@ -189,8 +185,9 @@ class Batch(NamedTuple):
 
 
 class BatchResult(NamedTuple):
-    """Results of the compiled filter for a batch of designs, as arrays. `driver.run` documents
-    their shapes.
+    """Results of the compiled filter for a batch of designs.
+
+    `driver.run` documents the shapes of the arrays.
     """
 
     end_step: Ints
@@ -209,8 +206,7 @@ def run_batch(
     covariance: bool = False,
     settling_factor: float = 0.0,
 ) -> BatchResult:
-    """Run the compiled filter for each design of a batch until the design converges or reaches its
-    last step, and return the results as arrays.
+    """Run the compiled filter for each design until it converges or reaches its last step.
 
     Parameters
     ----------
@@ -301,7 +297,5 @@ def run_batch(
 
 
 def _is_isotropic(densities: Floats) -> bool:
-    """Return True if the bias is the only error state of the gyro and the gyro noise is equal about
-    all axes.
-    """
+    """Return True if the gyro noise is isotropic and the bias is the only gyro error state."""
     return densities.shape[1] == 6 and not has_axis_dependent_noise(densities)

@@ -58,9 +58,10 @@ def count_lanes() -> int:
 def load_kernel(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> ModuleType:
-    """Return the module with the compiled filter step of a sensor suite. Its C function ``step``
-    advances all candidates by one step. Its C function ``check`` computes the last Cholesky pivot
-    of each covariance.
+    """Load the compiled filter step of a sensor suite, or compile it if necessary.
+
+    The C function ``step`` of the module advances all candidates by one step. The C function
+    ``check`` computes the last Cholesky pivot of each covariance.
 
     Parameters
     ----------
@@ -88,8 +89,7 @@ def load_module(
     dependencies: Iterable[ModuleType | Callable[..., object]],
     part: str = "",
 ) -> ModuleType:
-    """Return a compiled module from memory or from the user's cache. A module that is in neither is
-    compiled from its source.
+    """Load a compiled module from memory or from the user's cache, or compile its source.
 
     If several threads request modules at once, one thread loads a module while the others wait.
 
@@ -145,9 +145,7 @@ def _load_or_compile(kind: str, name: str, source: str, part: str) -> None:
 
 
 def _execute(name: str, filename: str, source: str) -> None:
-    """Execute the source of a module. The module is registered in sys.modules first, since numba
-    looks it up there.
-    """
+    """Execute the source of a module after registering the module in ``sys.modules`` for numba."""
     module = sys.modules[name] = ModuleType(name)
     try:
         exec(compile(source, filename, "exec"), module.__dict__)
@@ -159,8 +157,9 @@ def _execute(name: str, filename: str, source: str) -> None:
 def compute_transition(
     suite: Suite, rate: Sequence[float], duration: float
 ) -> tuple[Floats, Floats]:
-    """Return the transition matrix and the process-noise covariance of attitude and gyro errors for
-    a step at a constant body rate.
+    """Compute the transition matrix and the process noise of attitude and gyro errors in one step.
+
+    The body rate is constant.
 
     Parameters
     ----------

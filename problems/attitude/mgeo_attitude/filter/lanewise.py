@@ -28,11 +28,10 @@ _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv
 
 
 def lanewise(text: str, n_lanes: int) -> Any:
-    """Return a function ``f(W)``, callable from numba code, that executes the source `text` for all
-    vector lanes at once.
+    """Compile source text to a function ``f(W)`` that processes all vector lanes at once.
 
-    W is a pointer to float64. The value ``W[k]`` in the source is ``W[k * n_lanes + lane]`` in each
-    lane.
+    The function can be called from numba code. W is a pointer to float64. The value ``W[k]`` in the
+    source is ``W[k * n_lanes + lane]`` in each lane.
 
     Parameters
     ----------
@@ -62,7 +61,7 @@ def lanewise(text: str, n_lanes: int) -> Any:
 
 
 def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int) -> ir.Function:
-    """Return an LLVM function that executes a list of statements for all vector lanes.
+    """Build an LLVM function that executes a list of statements for all vector lanes.
 
     The source is split into several functions, since they compile faster than a large one.
     """
@@ -88,8 +87,9 @@ def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int
 
 
 class _Translator:
-    """Translator of Python statements to LLVM vector instructions, one per operation and in the
-    order of the source.
+    """Translator from Python statements to LLVM vector instructions.
+
+    Each operation becomes one instruction, in the order of the source.
     """
 
     def __init__(self, builder: ir.IRBuilder, lanes: int, W: ir.Value) -> None:
@@ -122,8 +122,9 @@ class _Translator:
     def write_loop(
         self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
     ) -> None:
-        """Translate a loop over a range. The names that its body assigns are local to one iteration
-        and undefined after the loop.
+        """Translate a loop over a range.
+
+        The names that the body assigns are local to one iteration and undefined after the loop.
         """
         builder, values, outside = self.builder, dict(self.values), self.outer_names
         before, inside = builder.block, builder.append_basic_block(name)
@@ -169,7 +170,7 @@ class _Translator:
         raise ValueError(f"{ast.unparse(node)}: expected arithmetic of names, W[k] and numbers")
 
     def build_pointer(self, k: ast.expr) -> ir.Value:
-        """Return a pointer to the vector that contains workspace slot k of all lanes.
+        """Return a pointer to the vector of values in workspace slot k.
 
         A constant summand of k becomes a constant offset.
         """
@@ -221,9 +222,7 @@ _ALIGNMENT = 8
 
 @intrinsic
 def call_address(typing_context: Any, function: Any, pointer: Any) -> Any:
-    """Call the C function ``void f(double *)`` at the address `function`. Its argument is the
-    address `pointer`.
-    """
+    """Call the C function ``void f(double *)`` at an address, with `pointer` as its argument."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         values = ir.DoubleType().as_pointer()
@@ -249,8 +248,10 @@ def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
 
 @intrinsic
 def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> Any:
-    """Atomically set ``flags[index]`` to `value`. A thread that reads the value by `load_acquire`
-    also sees all earlier writes of the calling thread.
+    """Atomically set ``flags[index]`` to `value`.
+
+    A thread that reads the value by `load_acquire` also sees all earlier writes of the calling
+    thread.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -263,8 +264,10 @@ def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> An
 
 @intrinsic
 def load_acquire(typing_context: Any, flags: Any, index: Any) -> Any:
-    """Atomically read and return ``flags[index]``. All writes that preceded the `store_release` of
-    the value are then visible.
+    """Atomically read and return ``flags[index]``.
+
+    All writes that preceded the `store_release` of the value are then visible to the calling
+    thread.
     """
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:

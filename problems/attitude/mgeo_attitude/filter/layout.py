@@ -19,7 +19,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 class PathMonitor(NamedTuple):
-    """Properties of a path constraint that determine the generated code.
+    """Properties of a path constraint on which the generated code depends.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class PathMonitor(NamedTuple):
 
 @dataclass(frozen=True)
 class Monitors:
-    """Path constraints and required 1-sigmas that the compiled filter checks along every run.
+    """Path constraints and required 1-sigmas that the compiled filter monitors.
 
     Attributes
     ----------
@@ -70,11 +70,11 @@ NO_MONITORS = Monitors()
 
 
 class Layout(NamedTuple):
-    """Memory layout of one candidate in the workspace of the compiled filter: index of the first
-    slot of each quantity, in increasing order.
+    """Workspace layout of the compiled filter: the first slot of each quantity.
 
-    The covariance starts at slot 0. Covariance, attitude and monitored values are the state of a
-    candidate, from which a run can be continued.
+    The slots are those of one candidate, in increasing order. The covariance starts at slot 0.
+    Covariance, attitude and monitored values are the state of a candidate, from which a run can be
+    continued.
 
     Attributes
     ----------
@@ -117,8 +117,7 @@ class Layout(NamedTuple):
 
 @cache
 def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
-    """Return the workspace layout of the compiled filter of a sensor suite, which gives the first
-    slot of each quantity.
+    """Compute the workspace layout of the compiled filter for a sensor suite.
 
     Parameters
     ----------
@@ -148,12 +147,11 @@ def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_
 def compute_table_columns(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> dict[str, int]:
-    """Return the index of the first column of each group of columns of `FilterModel.orbit_table`,
-    as a dict keyed by group. The additional key ``end`` gives the total number of columns.
+    """Map each group of columns in `FilterModel.orbit_table` to the index of its first column.
 
-    The groups are, in this order:
+    The additional key ``end`` gives the total number of columns. The groups are, in this order:
 
-    - ``references``: vectors measured by the sensors, and the gradients of the vectors.
+    - ``references``: reference vectors and auxiliary vectors of the sensors.
     - ``path NAME``, for each direction of a path constraint: the direction at the sample, the
       change of the direction in the preceding step, and 1 if the direction appears in that step;
       for a disc also the radius and the change of the radius.
@@ -176,38 +174,38 @@ def compute_table_columns(
 
 
 def list_directions(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
-    """Return the names of all directions, such as ``sun``, to which path constraints and the
-    visibility cones of sensors refer. Each name occurs once.
+    """List the reference directions, such as ``sun``, that path constraints and sensors use.
+
+    Each name occurs once.
     """
     return tuple(dict.fromkeys([*list_path_directions(monitors), *list_view_directions(suite)]))
 
 
 def list_path_directions(monitors: Monitors) -> tuple[str, ...]:
-    """Return the names of the directions, such as ``sun``, to which path constraints refer. Each
-    name occurs once.
+    """List the reference directions, such as ``sun``, that path constraints use.
+
+    Each name occurs once.
     """
     return tuple(dict.fromkeys(monitor.direction for monitor in monitors.paths))
 
 
 def list_view_directions(suite: Suite) -> tuple[str, ...]:
-    """Return the names of the directions, such as ``sun``, to which the visibility cones of
-    sensors refer, for example Sun exclusion cones. Each name occurs once.
+    """List the reference directions, such as ``sun``, that the visibility cones of sensors use.
+
+    Each name occurs once.
     """
     names = (cone.direction for sensor in suite.sensors for cone in sensor.list_visibility_cones())
     return tuple(dict.fromkeys(name for name in names if name))
 
 
 def is_disc(name: str) -> bool:
-    """Return True if a named direction is that of a disc with an apparent radius, such as the
-    Earth.
-    """
+    """Return True if the object in a named direction appears as a disc, such as the Earth."""
     return DIRECTIONS[name].radius is not None
 
 
 @cache
 def compute_transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
-    """Return the index pairs (row, column) of the entries of the transition matrix that can be
-    nonzero.
+    """Return the (row, column) pairs of transition-matrix entries that can be nonzero.
 
     The transition matrix is exp(A dt) with the dynamics matrix A. The pattern is the transitive
     closure of the pattern of A over all body rates. A state without dynamics and process noise has
@@ -225,8 +223,9 @@ def compute_transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
 
 
 class KernelTraits(NamedTuple):
-    """Properties of a model that determine the source of its compiled filter. Models with equal
-    properties share one compiled filter.
+    """Properties of a model that determine the source of its compiled filter.
+
+    Models with equal properties share one compiled filter.
 
     Attributes
     ----------
@@ -251,8 +250,7 @@ class KernelTraits(NamedTuple):
 
 @lru_cache(maxsize=1000)
 def serialize_measurement_matrix(sensor: Sensor, environment_errors: EnvironmentErrors) -> bytes:
-    """Return the measurement matrix of a sensor at a fixed test attitude, as bytes, to test whether
-    two measurement models are equal.
+    """Return the measurement matrix of a sensor at a test attitude, as bytes for comparison.
 
     The generated code contains the coefficients of the measurement model. Two models can share the
     code only if the bytes are equal.

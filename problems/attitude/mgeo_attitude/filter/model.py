@@ -47,8 +47,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 @dataclass(frozen=True)
 class FilterModel:
-    """Inputs of the covariance filter for one scenario: sensors, tables along the orbit, initial
-    uncertainty and convergence rule.
+    """Scenario-dependent inputs of the covariance filter, such as sensors and orbit tables.
 
     Attributes
     ----------
@@ -147,8 +146,7 @@ class FilterModel:
         environment: Environment | None = None,
         epoch: datetime | None = None,
     ) -> FilterModel:
-        """Build the filter model of a scenario, including its environment tables, initial
-        covariance and initial attitude.
+        """Build the filter model of a scenario.
 
         Parameters
         ----------
@@ -215,12 +213,11 @@ class FilterModel:
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> FilterModel:
-        """Return a copy of the model whose initial attitude is rotated by `rotation`, a rotation
-        matrix in GCRS with shape (3, 3).
+        """Return a copy of the model with a rotated initial attitude.
 
-        The attribute `initial_attitude` stays unchanged, and all GCRS vectors are rotated by the
-        inverse instead. The new initial body axes in GCRS are the columns of
-        ``rotation @ initial_attitude.T``.
+        The argument is a rotation matrix in GCRS, shape (3, 3). The attribute `initial_attitude`
+        stays unchanged, and all GCRS vectors are rotated by the inverse instead. The new initial
+        body axes in GCRS are the columns of ``rotation @ initial_attitude.T``.
         """
         limits = self.slew_limits
         return dataclasses.replace(
@@ -240,31 +237,31 @@ class FilterModel:
 
     @property
     def duration(self) -> float:
-        """Duration of a run that does not converge [s], which is the scenario's duration."""
+        """Duration of the scenario [s], after which a run stops even without convergence."""
         return self.n_steps * self.step
 
     @property
     def ends_with_last_maneuver(self) -> bool:
-        """True if every run ends with the last maneuver, whether or not it has converged."""
+        """True if each run ends with its last maneuver, even without convergence."""
         return self.rule == "end"
 
     @property
     def nonconvergence_time(self) -> float:
-        """End time of a run that does not converge [s]. It is the scenario's duration, or infinity
-        if every run ends with its last maneuver.
+        """End time [s] of a run that does not converge.
+
+        The end time is the scenario's duration, or infinity if every run ends with its last
+        maneuver.
         """
         return np.inf if self.ends_with_last_maneuver else self.duration
 
     @cached_property
     def full_duration_model(self) -> FilterModel:
-        """Copy of the model without a convergence test, for runs to the end of the scenario."""
+        """Copy of the model that runs to the end of the scenario, without a convergence test."""
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @cached_property
     def nonconverging_model(self) -> FilterModel:
-        """Copy of the model with a convergence rule that is never satisfied, for runs that end at a
-        given step.
-        """
+        """Copy of the model that never converges, for runs that end at a given step."""
         # A trace that does not rise cannot fall by less than zero, so the rule is never satisfied.
         return dataclasses.replace(
             self, window_steps=1, relative_decrease=0.0, allow_rise=False, rule="trace"
@@ -277,8 +274,9 @@ class FilterModel:
         return sigma[:, None] * self.initial_correlation * sigma
 
     def select_samples(self, samples: slice, **changes: Any) -> FilterModel:
-        """Return a copy of the model whose time-dependent arrays contain only the samples of a
-        slice. Keyword arguments replace further attributes of the model.
+        """Return a copy of the model that is restricted to a slice of the samples.
+
+        Keyword arguments replace further attributes of the model.
         """
 
         def select_rows(table: NDArray[Any]) -> NDArray[Any]:
@@ -300,8 +298,9 @@ class FilterModel:
 
     @cached_property
     def sensitivity_factors(self) -> Floats:
-        """Factor of each bias sensitivity at each sample, shape (n_steps + 1, n_sensitivities): the
-        housekeeping value, such as a temperature, minus its reference value.
+        """Deviation of each housekeeping value, such as a temperature, from its reference value.
+
+        The array has shape (n_steps + 1, n_sensitivities), with one column per bias sensitivity.
         """
         return self.suite.compute_channel_deviations(self.channels, len(self.references))
 
@@ -313,15 +312,16 @@ class FilterModel:
         return Monitors(path_monitors, tuple(int(state) for state in states))
 
     def select_direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
-        """Return the unit vectors in GCRS, shape (n, 3), and the apparent radii [rad], shape (n,),
-        of a named direction at a slice of samples.
+        """Return the unit vectors and apparent radii [rad] of a direction, such as that of the Sun.
+
+        The unit vectors are in GCRS, shape (n, 3). The radii have shape (n,). Both cover a slice of
+        the samples.
         """
         index = list_directions(self.suite, self.monitors).index(name)
         return self.directions[samples, index], self.radii[samples, index]
 
     def compute_direction_motion(self, name: str, samples: slice = slice(None)) -> DirectionMotion:
-        """Return the unit vectors and apparent radii of a named direction at the start and end of
-        each filter step, as a `DirectionMotion`. The steps are those that end at a slice of
+        """Return the motion of a direction, such as the Sun, in the steps that end at given
         samples.
 
         The first sample has no step before it.
@@ -330,8 +330,7 @@ class FilterModel:
 
     @cached_property
     def orbit_table(self) -> Floats:
-        """Vectors and flags along the orbit that the compiled filter reads, as an array with one
-        row per sample.
+        """Orbit table of the compiled filter, with one row of vectors and flags per sample.
 
         `layout.compute_table_columns` describes the columns.
         """
@@ -355,7 +354,7 @@ class FilterModel:
 
     @cached_property
     def traits(self) -> KernelTraits:
-        """Properties that must be equal for two models to share one compiled filter."""
+        """Properties that two models must have in common to share one compiled filter."""
         constrained_directions = [
             (monitor.direction, monitor.keep_in) for monitor in self.monitors.paths
         ]
@@ -373,40 +372,40 @@ class FilterModel:
 
     @cached_property
     def instrument_constants(self) -> Floats:
-        """Constants of a filter step that depend on sensors and path constraints, as a
-        one-dimensional array in the order in which the compiled filter reads them.
+        """Constants of sensors, Gauss-Markov processes and path constraints for one filter step.
 
         See `codegen.compute_instrument_constants`.
         """
         return compute_instrument_constants(self.suite, self.step, self.path_constraints)
 
     def build_schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
-        """Convert designs, shape (n, 4 m), to a `Schedule` of body rates that ends at the step
-        `n_steps`. Default: the end of the scenario.
+        """Convert designs, shape (n, 4 m), to a schedule of body rates.
+
+        The schedule ends at the step `n_steps`, by default at the end of the scenario.
         """
         last = self.n_steps if n_steps is None else n_steps
         return build_schedule(designs, self.step, self.slew_limits, last)
 
     @cached_property
     def gated(self) -> tuple[bool, ...]:
-        """Tuple with one flag per sensor: True if the sensor is unavailable at some samples, such
-        as a Sun sensor in eclipse.
+        """Tuple with one flag per sensor, which is True if the sensor is unavailable at some
+        samples.
         """
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
 def find_sample_instants(sensor: Sensor, step: float, n_samples: int) -> Bools:
-    """Return a boolean array with one entry per filter sample: True where a sensor takes a
-    measurement according to its sample interval.
-    """
+    """Return a mask of the filter samples at which a sensor measures, given its sample interval."""
     interval = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
     samples: Bools = np.arange(n_samples) % interval == 0
     return samples
 
 
 def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
-    """Return the reference vectors of the sensors and the gradients of the vectors in GCRS, as one
-    array, and the availability of each sensor, at all times of an environment.
+    """Compute the reference vectors and the availability of all sensors in an environment.
+
+    The vectors are in GCRS, shape (n_times, n_vectors, 3), as in `FilterModel.references`. The
+    availability has shape (n_times, n_sensors).
     """
     n_times, environment = (
         len(environment.times),
@@ -424,10 +423,10 @@ def compute_references(suite: Suite, environment: Environment) -> tuple[Floats, 
 
 
 def compute_availability(suite: Suite, environment: Environment) -> Bools:
-    """Return a boolean array, shape (n_times, n_sensors), that is True where the environment lets a
-    sensor measure, such as a Sun sensor in sunlight.
+    """Return a mask of the times at which the environment allows each sensor to measure.
 
-    The field of view, the body rate and the sample interval are not considered.
+    A Sun sensor, for example, is available in sunlight only. The field of view, the body rate and
+    the sample interval are not considered.
 
     Returns
     -------

@@ -15,8 +15,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 @dataclass(frozen=True)
 class MomentumBudget:
-    """Inputs of the wheel-load computation for a satellite with reaction wheels: inertia, wheel
-    allocation, initial momentum and disturbances.
+    """Inputs of the wheel-load computation that do not depend on the maneuvers.
 
     Attributes
     ----------
@@ -64,8 +63,9 @@ class MomentumBudget:
     def from_scenario(
         cls, scenario: Scenario, environment: Environment, attitude: Floats, rate: Floats
     ) -> MomentumBudget | None:
-        """Build the momentum budget of a scenario, or return None if the wheel loads follow from
-        the body rates alone.
+        """Build the momentum budget of a scenario, or return None if none is needed.
+
+        No budget is needed if the wheel loads follow from the body rates alone.
 
         Parameters
         ----------
@@ -111,8 +111,9 @@ class MomentumBudget:
         )
 
     def rotate_initial_attitude(self, rotation: Floats) -> MomentumBudget:
-        """Return a copy of the budget whose initial attitude is rotated by a rotation matrix in
-        GCRS; see `FilterModel.rotate_initial_attitude`.
+        """Return a copy of the budget with a rotated initial attitude.
+
+        The argument is that of `FilterModel.rotate_initial_attitude`.
         """
         return dataclasses.replace(
             self, position=self.position @ rotation, field=self.field @ rotation

@@ -45,9 +45,7 @@ _MIN_SQUARE = 1e-280
 
 
 class StepRotation(NamedTuple):
-    """Rotation of the body in a filter step: unit axis, angle [rad], and the sine and cosine of the
-    angle.
-    """
+    """Rotation of the body in a filter step, as a unit axis and an angle [rad]."""
 
     axis: Vec3
     angle: Any
@@ -62,7 +60,7 @@ class StepRotation(NamedTuple):
 
 
 class ExtremePoint(NamedTuple):
-    """Point of a filter step at which the angle between a body axis and a direction is extreme.
+    """Point in a filter step at which a body axis is closest to, or farthest from, a direction.
 
     Attributes
     ----------
@@ -80,17 +78,14 @@ class ExtremePoint(NamedTuple):
     remaining_fraction: Any
 
     def rotate_to_end(self, v: Vec3) -> Vec3:
-        """Rotate a body-fixed vector from the attitude at the extreme point to the attitude at the
-        end of the step.
-        """
+        """Return a body-fixed vector at the extreme point, in body axes at the end of the step."""
         n = self.rotation.axis
         along = (1.0 - self.cosine) * dot(n, v)
         rotated: Vec3 = along * n + self.cosine * v - self.sine * cross(n, v)
         return rotated
 
     def interpolate_direction(self, v: Vec3, change: Vec3) -> Vec3:
-        """Return the direction, such as that of the Sun, at the extreme point. It is expressed in
-        body axes at the end of the step.
+        """Return a reference direction at the extreme point, in body axes at the end of the step.
 
         Parameters
         ----------
@@ -108,12 +103,12 @@ class ExtremePoint(NamedTuple):
 def find_extreme_point(
     axis: Vec3, keep_in: bool, rotation: StepRotation, v: Vec3, change: Vec3, appears: Any
 ) -> ExtremePoint:
-    """Return the point of a filter step at which the angle between a body axis and a direction is
-    smallest, or largest if `keep_in` is true.
+    """Find the point in a filter step at which a body axis is closest to a direction.
 
-    If there is no extreme within the step, the point is the end of the step, since the start is the
-    end of the step before. In a step in which the direction appears, the point is the worse of both
-    ends.
+    If `keep_in` is true, the function finds the point at which the body axis is farthest from the
+    direction. If there is no extreme within the step, the point is the end of the step, since the
+    start is the end of the step before. In a step in which the direction appears, the point is the
+    worse of both ends.
 
     Parameters
     ----------
@@ -179,8 +174,7 @@ def compute_monitored_angle(
     motion: DirectionMotion,
     covariance: Floats,
 ) -> Floats:
-    """Return the monitored angle [rad] of a path constraint in each of n filter steps. The
-    constraint is an upper bound on this angle.
+    """Compute the angle [rad] that a path constraint limits in each filter step.
 
     A keep-in constraint monitors the largest angle between body axis and direction in the step,
     plus the margin for the attitude uncertainty. Its upper bound is the half-angle of the cone. A
@@ -238,8 +232,9 @@ def compute_monitored_angle_on_orbit(
     rotation_vectors: Floats,
     covariance: Floats,
 ) -> Floats:
-    """Return the monitored angle [rad] of a path constraint at n instants of an orbit with given
-    attitudes; see `compute_monitored_angle`.
+    """Compute the monitored angle [rad] of a path constraint for given attitudes on an orbit.
+
+    `compute_monitored_angle` defines the monitored angle.
 
     Parameters
     ----------
@@ -264,8 +259,10 @@ def compute_monitored_angle_on_orbit(
 
 
 def list_cone_constants(constraints: Sequence[PathConstraint]) -> Floats:
-    """Return the constants of path constraints that the compiled filter reads, as a one-dimensional
-    array: the body axis of each constraint, followed by the margin in 1-sigmas if there is one.
+    """Return the constants of path constraints that the compiled filter reads.
+
+    The one-dimensional array contains the body axis of each constraint, followed by its margin in
+    1-sigmas if there is one.
     """
     values: list[float] = []
     for constraint in constraints:
@@ -284,10 +281,10 @@ def build_monitored_angle(
     keep_in: bool,
     running_maximum: Any,
 ) -> Any:
-    """Return the monitored angle of a path constraint in a step or its running maximum, whichever
-    is larger. The function accepts numbers, arrays and symbols of generated code.
+    """Return the largest monitored angle of a path constraint up to the current step.
 
-    `compute_monitored_angle` defines the monitored angle.
+    The function accepts numbers, arrays and symbols of generated code. `compute_monitored_angle`
+    defines the monitored angle.
 
     To first order, only a rotation about the common normal of axis and direction changes the angle.
     If axis and direction are parallel, the margin uses the most uncertain rotation about an axis
@@ -337,7 +334,8 @@ def build_monitored_angle(
 
 
 def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
-    """Return the angle between 0 and π that has the given sine, which is nonnegative, and cosine.
+    """Compute an angle between 0 and π from its nonnegative sine and its cosine.
+
     Only ``+ - * /`` and square roots are used.
     """
     tangent = sine * (1.0 / (1.0 + maximum(cosine, -cosine)))
@@ -353,15 +351,14 @@ def angle_from_sine_cosine(sine: Any, cosine: Any) -> Any:
 
 
 def _compute_variance(normal: Vec3, P: Any) -> Any:
-    """Return the variance of the attitude error about an axis, given by a vector of any length."""
+    """Return the attitude-error variance about an axis, which need not be a unit vector."""
     square = dot(normal, normal)
     quadratic_form = dot(normal, Vec3(*(dot(row, normal) for row in _list_rows(P))))
     return quadratic_form * (1.0 / choose(square, _PARALLEL_SINE**2, square, _PARALLEL_SINE**2))
 
 
 def _compute_max_variance(direction: Vec3, P: Any) -> Any:
-    """Return the largest variance of the attitude error about any axis perpendicular to a
-    direction.
+    """Return the largest attitude-error variance about any axis perpendicular to a direction.
 
     The value is the larger eigenvalue of the 2 x 2 covariance perpendicular to the direction, from
     its trace and determinant.

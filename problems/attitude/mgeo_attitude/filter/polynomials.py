@@ -19,9 +19,10 @@ TERM_TOLERANCE = 1e-18
 
 @helper
 def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
-    """Compute the transition matrix F and the process-noise covariance Q of attitude and gyro bias
-    for one step, and the attitude change J per unit of a constant rate error. Write them to the
-    arrays F, Q and J.
+    """Compute the transition matrix and the process noise of attitude and gyro bias for one step.
+
+    The results are written to the arrays F and Q. The array J receives the attitude change per unit
+    of a constant rate error.
 
     Parameters
     ----------
@@ -62,8 +63,9 @@ def discretize_isotropic(decay, densities, rate, duration, F, Q, J, W):
 
 @helper
 def compute_coefficients(square, decay, densities, duration):
-    """Return the transition matrix and the process-noise covariance of a step as polynomials of the
-    rate matrix W. A triple (p, q, r) represents p I + q W + r W².
+    """Compute the transition matrix and the process noise of a step as polynomials of W.
+
+    W is the rate matrix. A triple (p, q, r) represents p I + q W + r W².
 
     Parameters
     ----------
@@ -144,25 +146,23 @@ def compute_coefficients(square, decay, densities, duration):
 
 @helper
 def evaluate_entry(a, unit, w, w2):
-    """Return an entry of the matrix polynomial p I + q W + r W². The triple `a` contains the
-    coefficients p, q and r; `unit`, `w` and `w2` are the same entry of I, W and W².
+    """Return an entry of the matrix polynomial p I + q W + r W².
+
+    The triple `a` contains the coefficients p, q and r; `unit`, `w` and `w2` are the same entry of
+    I, W and W².
     """
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
 @helper
 def multiply_by_W(a, square):
-    """Return the coefficient triple of the product of the rate matrix W and a polynomial of W,
-    given the coefficient triple `a` of the polynomial.
-    """
+    """Multiply a polynomial of the rate matrix W, given as a coefficient triple, by W."""
     return 0.0, a[0] - square * a[2], a[1]
 
 
 @helper
 def multiply_polynomials(a, b, square):
-    """Return the coefficient triple of the product of two polynomials of the rate matrix W, given
-    their coefficient triples.
-    """
+    """Multiply two polynomials of the rate matrix W, given as coefficient triples."""
     once, twice = multiply_by_W(b, square), multiply_by_W(multiply_by_W(b, square), square)
     return (
         a[0] * b[0] + a[1] * once[0] + a[2] * twice[0],

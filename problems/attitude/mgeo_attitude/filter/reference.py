@@ -25,8 +25,7 @@ from mgeo_attitude.maneuvers.motion import compute_attitudes
 
 @dataclass(frozen=True)
 class ReferenceHistory(FilterHistory):
-    """Time history of the reference filter, which includes the attitude covariance before the
-    measurements of each sample.
+    """Time history of the reference filter, with the attitude covariance before each update.
 
     Attributes
     ----------
@@ -39,7 +38,7 @@ class ReferenceHistory(FilterHistory):
 
 @dataclass(frozen=True)
 class Agreement:
-    """Result of a comparison of the compiled filter with the reference filter.
+    """Result of comparing the compiled filter with the reference filter.
 
     Attributes
     ----------
@@ -59,15 +58,17 @@ class Agreement:
     max_difference: float
 
     def is_within(self, tolerance: float) -> bool:
-        """Return True if both filters have equal end times and the relative difference of their
-        variances is at most `tolerance`.
+        """Return True if the filters agree in end times and, within a tolerance, in variances.
+
+        The tolerance limits the largest relative difference of a variance.
         """
         return self.has_equal_ends and self.max_difference <= tolerance
 
 
 def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
-    """Run the compiled filter and the reference filter for each of n designs, and return the
-    agreement of their end times and variances.
+    """Compare the end times and variances of the compiled filter and the reference filter.
+
+    Both filters run each of n designs.
 
     Parameters
     ----------
@@ -97,8 +98,7 @@ def compare_filters(model: FilterModel, designs: ArrayLike) -> Agreement:
 
 
 def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
-    """Run the reference filter for one design, and return its time history: 1-sigmas, covariance
-    trace and attitude at each sample.
+    """Run the reference filter for one design, and return its time history.
 
     Parameters
     ----------
@@ -182,9 +182,7 @@ def run_reference_filter(model: FilterModel, design: ArrayLike) -> ReferenceHist
 
 
 def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
-    """Return the first step from which the convergence rule of the model remains satisfied until
-    the end of the run.
-    """
+    """Return the first step from which the convergence rule stays satisfied until the run ends."""
     if model.ends_with_last_maneuver:
         return 1
     if model.rule == "settling":
@@ -195,8 +193,7 @@ def _find_convergence_step(model: FilterModel, trace: list[float], sigma: list[F
 
 
 def update_with_considered_states(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
-    """Return the covariance after a measurement update in which the considered states have zero
-    gain.
+    """Update a covariance with a measurement, with zero gain for the considered states.
 
     The update has Joseph's form, which is valid for any gain. It must be called for one sensor at a
     time. A joint update of several sensors would give a smaller covariance, since a considered
@@ -211,8 +208,10 @@ def update_with_considered_states(P: Floats, H: Floats, R: Floats, considered: I
 def has_converged(
     start_trace: float, end_trace: float, relative_decrease: float, allow_rise: bool
 ) -> bool:
-    """Return True if the trace decreased by less than a given fraction over the convergence window.
-    A rise counts as convergence only if `allow_rise` is true. A NaN trace has not converged.
+    """Return True if the covariance trace has converged over the convergence window.
+
+    The trace has converged if it decreased by less than a given fraction. A rise counts as
+    convergence only if `allow_rise` is true. A NaN trace has not converged.
 
     Parameters
     ----------
@@ -230,11 +229,11 @@ def has_converged(
 def discretize_van_loan(
     model: FilterModel, omega: Floats, sensitivity_factors: Sequence[float] = ()
 ) -> tuple[Floats, Floats]:
-    """Return the transition matrix and the process-noise covariance of one filter step at a
-    constant body rate, by Van Loan's exact method.
+    """Discretize the error dynamics at a constant body rate by Van Loan's exact method.
 
-    Source: C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions
-    on Automatic Control 23 (1978) 395-404.
+    The result is the transition matrix and the process-noise covariance of one filter step. Source:
+    C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions on
+    Automatic Control 23 (1978) 395-404.
 
     Parameters
     ----------

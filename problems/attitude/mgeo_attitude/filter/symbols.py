@@ -16,11 +16,11 @@ from mgeo_attitude._typing import Ints
 
 @dataclass(frozen=True, eq=False)
 class Symbol:
-    """Name of a scalar in generated code. An arithmetic operator on symbols writes a line of source
-    to `code` and returns a new symbol.
+    """Symbolic scalar whose arithmetic operators generate code.
 
-    Products with zero, sums with zero and products with one write no line. ``np.sqrt`` accepts a
-    symbol, as it accepts any object with a ``sqrt`` method.
+    An operator on symbols writes a line of source to `code` and returns a new symbol. Products with
+    zero, sums with zero and products with one write no line. ``np.sqrt`` accepts a symbol, as it
+    accepts any object with a ``sqrt`` method.
     """
 
     name: str
@@ -78,8 +78,9 @@ class Symbol:
         return self.code.define(f"sqrt({self.name})")
 
     def choose(self, bound: float | Symbol, yes: float | Symbol, no: float | Symbol) -> Symbol:
-        """Write a conditional expression, and return a symbol whose value is `yes` if this symbol
-        is at least `bound`, and `no` otherwise.
+        """Write a conditional expression, and return the symbol of its value.
+
+        The value is `yes` if this symbol is at least `bound`, and `no` otherwise.
         """
         condition = f"{self.name} >= {_format_operand(bound)}"
         return self.code.define(f"{_format_operand(yes)} if {condition} else {_format_operand(no)}")
@@ -87,7 +88,7 @@ class Symbol:
 
 @dataclass(frozen=True)
 class Index:
-    """Loop variable of generated code, with the range of its values."""
+    """Loop variable of generated code, with its smallest and largest value."""
 
     text: str
     low: int
@@ -102,8 +103,10 @@ class Index:
 
 @dataclass
 class Code:
-    """Generated Python source, which consists of assignments to names and to workspace slots
-    ``W[k]``, and of loops over such assignments.
+    """Python source that is generated line by line.
+
+    The source consists of assignments to names and to workspace slots ``W[k]``, and of loops over
+    such assignments.
     """
 
     lines: list[str] = field(default_factory=list)
@@ -111,7 +114,7 @@ class Code:
 
     @property
     def text(self) -> str:
-        """Generated source, without assignments to names that are never used."""
+        """Generated source, without assignments to unused names."""
         used: set[str] = set()
         lines = []
         for line in reversed(self.lines):
@@ -122,15 +125,16 @@ class Code:
         return "\n".join(reversed(lines))
 
     def define(self, expression: str) -> Symbol:
-        """Write an assignment of an expression to a new name, and return the symbol of the name."""
+        """Assign an expression to a new name, and return the symbol of this name."""
         name = f"t{len(self.lines)}"
         self._write(f"{name} = {expression}")
         return Symbol(name, self)
 
     @contextmanager
     def loop(self, start: int | Index, stop: int | Index, step: int = 1) -> Iterator[Index]:
-        """Context manager that generates a loop over a range and yields the loop index. The lines
-        that are generated in the ``with`` block, at least one, form the body of the loop.
+        """Generate a loop around the code of a ``with`` block, and yield the loop index.
+
+        The block must generate at least one line.
         """
         name = f"i{len(self.lines)}"
         self._write(f"for {name} in range({start}, {stop}, {step}):")
@@ -156,11 +160,10 @@ class Code:
 
 @dataclass(frozen=True)
 class Triangle:
-    """Symmetric matrix in workspace slots: the entries of its lower triangle, row by row, starting
-    at slot `first`.
+    """Symmetric matrix in workspace slots, stored as its lower triangle.
 
-    The same number of slots, starting at `scratch`, is free for intermediate values of loops
-    (`covariance.py`).
+    The entries are stored row by row, starting at slot `first`. The same number of slots, starting
+    at `scratch`, is free for intermediate values of loops (`covariance.py`).
     """
 
     code: Code
@@ -193,9 +196,7 @@ class Triangle:
 
 @cache
 def triangle_indices(n: int) -> tuple[Ints, Ints]:
-    """Return two arrays with the row and column indices of the entries of a lower triangle with n
-    rows, in the order of their slots.
-    """
+    """Return the row and column indices of a lower triangle with n rows, in slot order."""
     return np.tril_indices(n)
 
 
@@ -205,7 +206,7 @@ def count_slots(n: int) -> int:
 
 
 def slot_index(i: int, j: int) -> int:
-    """Return the slot of the matrix entry (i, j) of a `Triangle`, relative to its first slot."""
+    """Return the slot of matrix entry (i, j), relative to the first slot of a `Triangle`."""
     row, column = max(i, j), min(i, j)
     return count_slots(row) + column
 

@@ -26,8 +26,9 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
-    """Raise ValueError if a variant of a model cannot use the compiled filter of the model. The
-    message names the first property that differs.
+    """Raise ValueError if a variant cannot use the compiled filter of the model.
+
+    The message names the first property that differs.
     """
     for number, variant in enumerate(variants):
         if variant.traits == model.traits:
@@ -43,8 +44,7 @@ def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> No
 
 
 def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Return the constants of a compiled filter step for each model variant, as an array of shape
-    (n_variants, n_constants).
+    """Stack the filter-step constants of all model variants, shape (n_variants, n_constants).
 
     The constants are those of `codegen.compute_instrument_constants`, then the inverse squares of
     the required 1-sigmas, then the weights of the trace.
@@ -56,8 +56,10 @@ def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floa
 
 
 def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
-    """Return the dynamics matrices and the process-noise densities of attitude and gyro errors, as
-    two arrays with one entry per model variant along the first axis.
+    """Stack the dynamics matrices and the process-noise densities of all model variants.
+
+    The dynamics are those of attitude and gyro errors. The first axis of both arrays is the model
+    variant.
     """
     gyros = {
         id(variant.suite.gyro): variant.suite.gyro for variant in variants
@@ -71,8 +73,7 @@ def stack_dynamics(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=1000)
 def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
-    """Return the dynamics of attitude and gyro errors: the dynamics matrix at zero body rate, its
-    derivatives with respect to the rate, and the process-noise density.
+    """Return the dynamics matrices and the process-noise density of attitude and gyro errors.
 
     The Gauss-Markov processes of sensors do not depend on the body rate and are not included.
 
@@ -92,8 +93,9 @@ def compute_gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
 
 
 def compute_initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Return the filter state at the start of a run, as an array with one row per model variant:
-    covariance, attitude, monitored values and covariance trace.
+    """Return the initial filter state of each model variant, with one row per variant.
+
+    A row contains covariance, attitude, monitored values and covariance trace.
     """
     sigma = np.array([variant.initial_sigma for variant in variants])
     correlation = np.array([variant.initial_correlation for variant in variants])
@@ -130,8 +132,7 @@ def _compute_initial_monitors(model: FilterModel, has_required_sigma: bool) -> l
 
 
 def coarsen_model(model: FilterModel, n_merged: int) -> FilterModel:
-    """Return an approximate model with a longer filter step: `n_merged` steps are merged into one,
-    with equivalent measurement noise.
+    """Return an approximate model in which every `n_merged` filter steps are merged into one.
 
     The noise 1-sigmas of a sensor are divided by the square root of its mean number of available
     samples in a long step. Remaining steps at the end are dropped. The model is returned unchanged

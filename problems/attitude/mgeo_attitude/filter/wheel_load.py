@@ -48,10 +48,10 @@ def compute_wheel_loads(
     threads: int,
     first_step: int = 0,
 ) -> Floats:
-    """Return, for each design, the largest momentum [N m s] and the largest torque [N m] of any
-    reaction wheel along the plan, as an array of shape (n, 2).
+    """Compute the largest wheel momentum [N m s] and wheel torque [N m] of each design.
 
-    The loads are evaluated at both ends of each filter step.
+    The result has shape (n, 2), with the largest value of any wheel along the plan. The loads are
+    evaluated at both ends of each filter step.
 
     Parameters
     ----------
@@ -99,8 +99,9 @@ def compute_wheel_loads(
 
 @helper
 def compute_gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
-    """Write the gravity-gradient torque [N m] to `out`, given the inertia [kg m²] and the
-    geocentric position [m]. All quantities are in body axes.
+    """Compute the gravity-gradient torque [N m] in body axes, and write it to `out`.
+
+    The inertia [kg m²] and the geocentric position [m] are also in body axes.
     """
     square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
     multiply_matrix(inertia, position, out)
@@ -212,8 +213,10 @@ def _compute_loads(plan, end_steps, step, start, wheels, disturbances, magnetorq
 
 @helper
 def _apply_dipole(dipole, b, C, time, torque, unloaded):  # type: ignore[no-untyped-def]
-    """Write the torque of a magnetic dipole in the magnetic field b to `torque`, all in body axes.
-    Add the impulse of the torque over `time`, in GCRS, to `unloaded`.
+    """Write the torque of a magnetic dipole to `torque`, and add its impulse to `unloaded`.
+
+    The dipole, the magnetic field b and the torque are in body axes. The impulse is the torque
+    times `time`, in GCRS.
     """
     cross(dipole, b, torque)
     for a in range(3):
@@ -234,8 +237,7 @@ def _update_maxima(  # type: ignore[no-untyped-def]
     scratch,
     maxima,
 ):
-    """Update `maxima`, the largest wheel momentum and the largest wheel torque so far, with the
-    wheel loads at one instant.
+    """Update the largest wheel momentum and torque so far with the wheel loads at one instant.
 
     `body_momentum` is the momentum of the satellite in body axes, and `modeled_torque` the modeled
     torque. `extra_momentum` and `torque` are the momentum and torque of the disturbances, of which
@@ -272,12 +274,12 @@ def _update_maxima(  # type: ignore[no-untyped-def]
 
 @helper
 def _compute_acceleration(before, mean, end, step, out):  # type: ignore[no-untyped-def]
-    """Write the angular acceleration [rad/s²] of a rate change in a filter step to `out`, given the
-    body rates before the step, averaged over the step, and at its end. Return True if the rate
-    changes gradually, in a ramp.
+    """Write the angular acceleration [rad/s²] in a filter step to `out`.
 
-    The rate changes linearly from `before` to `end` in a fraction p of the step. The mean rate of
-    the step therefore has 1 - p / 2 of the change.
+    The arguments are the body rates before the step, averaged over the step, and at its end. Return
+    True if the rate changes gradually, in a ramp. After an instantaneous change, the acceleration
+    is zero. The rate changes linearly from `before` to `end` in a fraction p of the step. The mean
+    rate of the step therefore has 1 - p / 2 of the change.
     """
     out[0] = out[1] = out[2] = 0.0
     change, moved = 0.0, 0.0

@@ -9,8 +9,7 @@ from mgeo_attitude._typing import Floats
 
 
 def quaternions_from_matrices(matrices: Floats) -> Floats:
-    """Convert GCRS-to-body matrices to attitude quaternions, shape (n, 4), with the vector part
-    first.
+    """Convert GCRS-to-body matrices to attitude quaternions with the vector part first.
 
     The quaternion (e sin(φ/2), cos(φ/2)) represents the rotation by φ about e that rotates the GCRF
     axes to the body axes. The matrix of this rotation is the transpose of the matrix that
@@ -31,8 +30,7 @@ def quaternions_from_matrices(matrices: Floats) -> Floats:
 
 
 def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
-    """Return attitude quaternions at the output times, interpolated between the samples of an
-    attitude history.
+    """Interpolate attitude quaternions between the samples of an attitude history.
 
     The body rate is constant between samples. The scalar part of the first quaternion is not
     negative, and the sign does not jump between output times.
@@ -58,12 +56,11 @@ def interpolate_quaternions(times: Floats, matrices: Floats, output_times: Float
 
 
 def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats) -> Floats:
-    """Return the body rates [rad/s] at the output times, shape (k, 3), derived from the attitude
-    history of a constant-rate maneuver or a ramp.
+    """Derive body rates [rad/s] at given times, shape (k, 3), from an attitude history.
 
-    The mean rate between two samples is assigned to the middle of the interval. The rates at other
-    times are interpolated or extrapolated linearly, which is exact for a constant rate and for a
-    ramp.
+    The history is that of a constant-rate maneuver or a ramp. The mean rate between two samples is
+    assigned to the middle of the interval. The rates at other times are interpolated or
+    extrapolated linearly, which is exact for a constant rate and for a ramp.
 
     Parameters
     ----------
@@ -82,10 +79,9 @@ def interpolate_body_rates(times: Floats, matrices: Floats, output_times: Floats
 
 
 def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
-    """Return the time derivatives of attitude quaternions [1/s], shape (k, 4), for given body
-    rates.
+    """Return the time derivatives of attitude quaternions [1/s] for given body rates.
 
-    The derivative is ½ q ⊗ (ω, 0).
+    The result has shape (k, 4). The derivative is ½ q ⊗ (ω, 0).
 
     Parameters
     ----------
@@ -100,10 +96,10 @@ def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
 
 
 def _compute_signs(q: Floats) -> Floats:
-    """Return the sign of the scalar part of each quaternion, or of the next nonzero component if
-    the scalar part is zero.
+    """Return the sign of the scalar part of each quaternion.
 
-    With a threshold, the sign at a rotation by 180 degrees does not depend on rounding.
+    If the scalar part is zero, the sign is that of the next nonzero component. With a threshold,
+    the sign at a rotation by 180 degrees does not depend on rounding.
     """
     order = q[:, [3, 0, 1, 2]]
     first = np.argmax(np.abs(order) > 1e-9, axis=1)

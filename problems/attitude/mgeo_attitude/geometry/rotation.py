@@ -29,8 +29,7 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def shear(a: Any, b: Any) -> Any:
-    """Return the vector product of a and b with the two terms of each component added instead of
-    subtracted, shape (..., 3).
+    """Return the cross product of a and b with all signs positive, shape (..., 3).
 
     The product is (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
     """
@@ -39,25 +38,26 @@ def shear(a: Any, b: Any) -> Any:
 
 
 def dot(a: Any, b: Any) -> Any:
-    """Return the scalar products of vectors a and b, with the last axis kept, shape (..., 1)."""
+    """Return the dot products of vectors a and b, keeping the last axis, shape (..., 1)."""
     product = a * b
     return product[..., :1] + product[..., 1:2] + product[..., 2:]
 
 
 def euclidean_norm(v: Any) -> Any:
-    """Return the Euclidean norm of vectors, with the last axis kept, shape (..., 1)."""
+    """Return the Euclidean norms of vectors, keeping the last axis, shape (..., 1)."""
     square = dot(v, v)
     return np.sqrt(square) if isinstance(square, np.ndarray) else square.sqrt()
 
 
 def normalize(v: Any) -> Any:
-    """Return the unit vectors along the given vectors, shape (..., 3)."""
+    """Scale vectors, shape (..., 3), to unit length."""
     return v / euclidean_norm(v)
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """Rotate vectors v by the rotations that the vectors g represent, where g is twice the Gibbs
-    vector. If g is a function, return g(v).
+    """Rotate vectors v by rotations g, each of which is twice a Gibbs vector.
+
+    If g is a function, return g(v).
     """
     if callable(g):
         return g(v)
@@ -66,36 +66,32 @@ def rotate(g: Any, v: Any) -> Any:
 
 
 def unrotate(g: Floats, v: Floats) -> Floats:
-    """Rotate vectors v by the inverse of the rotations that the vectors g represent, where g is
-    twice the Gibbs vector.
-    """
+    """Rotate vectors v by the inverses of rotations g, each of which is twice a Gibbs vector."""
     rotated: Floats = rotate(-g, v)
     return rotated
 
 
 def perpendicular_axes(axis: Floats) -> Floats:
-    """Return two unit vectors, shape (2, 3), that form a right-handed frame together with
-    `axis`.
-    """
+    """Return two unit vectors, shape (2, 3), that form a right-handed frame with `axis`."""
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(axis, first)])
 
 
 def build_frame(axis: Floats) -> Floats:
-    """Return the axes of a right-handed frame whose z axis is `axis`, as the rows of an array of
-    shape (3, 3). The other two axes are arbitrary.
+    """Build a right-handed frame whose z axis is `axis`.
+
+    The rows of the result, shape (3, 3), are the axes. The x and y axes are arbitrary.
     """
     y, minus_x = perpendicular_axes(axis)
     return np.array([-minus_x, y, axis])
 
 
 def tangent_vectors(v: Floats) -> tuple[Floats, Floats]:
-    """Return two unit vectors t and u perpendicular to each unit vector v, with t × u = v, as two
-    arrays of shape (..., 3).
+    """Return two unit vectors t and u perpendicular to each unit vector v, with t × u = v.
 
-    Source: T. Duff et al., Building an orthonormal basis, revisited, Journal of Computer Graphics
-    Techniques 6 (2017) 1-8.
+    Both arrays have the shape (..., 3). Source: T. Duff et al., Building an orthonormal basis,
+    revisited, Journal of Computer Graphics Techniques 6 (2017) 1-8.
     """
     x, y, z = np.moveaxis(v, -1, 0)
     sign = np.copysign(1.0, z)
@@ -106,8 +102,9 @@ def tangent_vectors(v: Floats) -> tuple[Floats, Floats]:
 
 
 def multiply(A: Floats, B: Floats) -> Floats:
-    """Return the matrix products of two arrays of matrices whose first two axes are the matrix
-    axes, shapes (i, k, ...) and (k, j, ...).
+    """Multiply two arrays of matrices that have the matrix axes first.
+
+    The shapes are (i, k, ...) and (k, j, ...).
     """
     product: Floats = np.einsum("ik...,kj...->ij...", A, B)
     return product
@@ -123,8 +120,9 @@ def skew(v: Floats) -> Floats:
 
 
 def rotation_matrix(g: Floats) -> Floats:
-    """Return the rotation matrices, shape (3, 3, ...), that the vectors g, shape (3, ...),
-    represent. The vector g is twice the Gibbs vector.
+    """Return the rotation matrices of vectors g, each of which is twice a Gibbs vector.
+
+    The vectors have the shape (3, ...) and the matrices (3, 3, ...).
     """
     quarter = 0.25 * (g * g).sum(axis=0)
     rotation = skew(g) + 0.5 * g[:, None] * g
@@ -135,8 +133,9 @@ def rotation_matrix(g: Floats) -> Floats:
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """Return the vectors g, shape (3, ...), that represent rotation matrices of shape (3, 3, ...).
-    The vector g is twice the Gibbs vector.
+    """Return twice the Gibbs vector of each rotation matrix.
+
+    The matrices have the shape (3, 3, ...) and the vectors (3, ...).
     """
     g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
@@ -144,8 +143,9 @@ def rotation_vector(R: Floats) -> Floats:
 
 
 def rotation_jacobian(g: Floats) -> Floats:
-    """Return the derivative of the vector that represents the composed rotation R(g) R(e) with
-    respect to e, at e = 0, shape (3, 3, ...). All these vectors are twice the Gibbs vector.
+    """Return the Jacobian of the composed rotation R(g) R(e) with respect to e, at e = 0.
+
+    The Jacobian has the shape (3, 3, ...). Each rotation is represented by twice its Gibbs vector.
     """
     derivative = 0.5 * skew(g) + 0.25 * g[:, None] * g
     for i in range(3):
@@ -154,8 +154,9 @@ def rotation_jacobian(g: Floats) -> Floats:
 
 
 def exponential_map(phi: Floats) -> Floats:
-    """Return the rotation matrices, shape (3, 3, ...), of rotation vectors φ [rad], shape (3, ...).
-    The matrix is exp([φ×]).
+    """Convert rotation vectors φ [rad] to rotation matrices exp([φ×]).
+
+    The vectors have the shape (3, ...) and the matrices (3, 3, ...).
     """
     half = 0.5 * np.sqrt((phi * phi).sum(axis=0))
     return rotation_matrix(phi * np.sinc(half / np.pi) / np.cos(half))

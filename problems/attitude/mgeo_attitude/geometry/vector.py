@@ -12,11 +12,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Vec3:
-    """Vector with three components of any type that has ``+``, ``-`` and ``*``, such as numbers,
-    arrays or symbols of generated code.
+    """Vector whose three components are numbers, arrays or symbols of generated code.
 
-    Sensor error models use this class, so that the same code evaluates numbers and generates the
-    source of the filter step from symbols.
+    The components may have any type with ``+``, ``-`` and ``*``. Sensor error models use this
+    class, so that the same code evaluates numbers and generates the source of the filter step from
+    symbols.
     """
 
     x: Any
@@ -61,17 +61,18 @@ def componentwise_product(a: Vec3, b: Vec3) -> Vec3:
 
 
 def shear(a: Vec3, b: Vec3) -> Vec3:
-    """Return the vector product of a and b with the two terms of each component added instead of
-    subtracted: (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x).
+    """Return the cross product of a and b with all signs positive.
 
-    The result is N(a) b, where N(a) is the symmetric counterpart of the cross-product matrix [a×].
+    The result is (a_y b_z + a_z b_y, a_z b_x + a_x b_z, a_x b_y + a_y b_x). The result is N(a) b,
+    where N(a) is the symmetric counterpart of the cross-product matrix [a×].
     """
     return Vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
 
 
 def choose(value: Any, bound: Any, yes: Any, no: Any) -> Any:
-    """Return `yes` where `value` is at least `bound`, and `no` elsewhere. The arguments are
-    numbers, arrays or symbols of generated code.
+    """Return `yes` where `value` is at least `bound`, and `no` elsewhere.
+
+    The arguments are numbers, arrays or symbols of generated code.
     """
     if isinstance(value, float | np.ndarray):
         return np.where(value >= bound, yes, no)
@@ -79,7 +80,8 @@ def choose(value: Any, bound: Any, yes: Any, no: Any) -> Any:
 
 
 def maximum(a: Any, b: Any) -> Any:
-    """Return the element-wise maximum of a and b, which are numbers, arrays or symbols of generated
-    code.
+    """Return the element-wise maximum of a and b.
+
+    The arguments are numbers, arrays or symbols of generated code.
     """
     return choose(a, b, a, b)

@@ -40,11 +40,11 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 def compute_lower_bound(scenario: Scenario, model: FilterModel | None = None) -> LowerBound:
-    """Compute lower bounds on the filter covariance, as functions of time, that hold for every plan
-    of a scenario.
+    """Compute lower bounds on the filter covariance that hold for every plan of a scenario.
 
-    At each time the bound holds for every attitude history whose body rates are within the limits
-    of the maneuvers, or at any rate with magnetorquer control. Plans are executed without errors.
+    The bounds are functions of time. At each time the bound holds for every attitude history whose
+    body rates are within the limits of the maneuvers, or at any rate with magnetorquer control.
+    Plans are executed without errors.
 
     Parameters
     ----------
@@ -90,11 +90,10 @@ def _assemble_lower_bound(
 def _bound_inertial(
     model: FilterModel, information: SampleInformation, initial_information: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the covariance bounds of each error that is fixed in inertial axes, such
-    as the attitude error. The bounds follow from a covariance recursion with the joint information
-    of all sensors.
+    """Yield the name and the covariance bounds of each error that is fixed in inertial axes.
 
-    See equation (4) of docs/explanation/lower-bound.md.
+    The attitude error is one of them. The bounds follow from a covariance recursion with the joint
+    information of all sensors. See equation (4) of docs/explanation/lower-bound.md.
     """
     suite, names = model.suite, information.inertial_blocks
     indices = np.concatenate([_list_block_states(suite, name) for name in names])
@@ -127,11 +126,10 @@ def _bound_inertial(
 def _bound_by_mean(
     traces: Floats, initial_information: Floats, decay: float, noise: float
 ) -> BlockBounds:
-    """Return the bounds of a 3-vector of which only the trace of the measured information is known
-    in each sample. A scalar covariance recursion bounds the mean eigenvalue of the information
-    matrix.
+    """Bound the covariance of a state block by the trace of the measured information.
 
-    See equation (9) of docs/explanation/lower-bound.md.
+    A scalar covariance recursion bounds the mean eigenvalue of the information matrix. See equation
+    (9) of docs/explanation/lower-bound.md.
     """
     start = np.array([[3.0 / np.trace(initial_information)]])
     variances = run_covariance_recursion(
@@ -207,9 +205,9 @@ def _bound_gyro(
 def _bound_sensors(
     model: FilterModel, information: SampleInformation, initial_information: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the covariance bounds of each sensor or environment error that is not
-    among `information.inertial_blocks`. All other states are assumed known.
+    """Yield the name and the covariance bounds of each remaining sensor or environment error.
 
+    These errors are not among `information.inertial_blocks`. All other states are assumed known.
     See equation (5) of docs/explanation/lower-bound.md.
     """
     for name, block_information in information.blocks.items():
@@ -239,11 +237,11 @@ def _bound_common_modes(
     initial_information: Floats,
     max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield names of errors and lower bounds on the sum of their three variances. The errors are
-    inertial and body-fixed errors that measurements can distinguish only if the body rotates, such
-    as the attitude error and a misalignment.
+    """Yield variance bounds of errors that measurements distinguish only if the body rotates.
 
-    See equation (10) of docs/explanation/lower-bound.md.
+    Each item is the name of an error and a lower bound on the sum of its three variances. The
+    errors are inertial and body-fixed errors, such as the attitude error and a misalignment. See
+    equation (10) of docs/explanation/lower-bound.md.
     """
     suite = model.suite
     if (model.initial_correlation != np.eye(len(initial_information))).any():
@@ -266,8 +264,9 @@ def _bound_common_modes(
 
 
 def _bound_considered(model: FilterModel) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the covariance of each considered error, which the filter does not
-    estimate. The covariance is exact, because measurements do not change it.
+    """Yield the name and the covariance of each considered error.
+
+    The filter does not estimate such an error, so that its covariance is exact.
     """
     suite = model.suite
     noise_density, start = suite.compute_noise_density(), model.initial_covariance
@@ -298,12 +297,11 @@ def _list_block_states(suite: Suite, block: str) -> np.ndarray:
 def list_relaxations(
     scenario: Scenario, model: FilterModel, information: SampleInformation
 ) -> tuple[str, ...]:
-    """List the relaxations that the lower bound of a scenario assumes, such as an ignored field of
-    view, as one line of text each.
+    """List the relaxations in the lower bound of a scenario, such as an ignored field of view.
 
-    Each relaxation makes the bound lower than the covariance of the best plan. One relaxation is
-    common to all scenarios and is not listed: the bound of a 3-vector assumes that all other states
-    are known.
+    A relaxation is one line of text. Each relaxation makes the bound lower than the covariance of
+    the best plan. One relaxation is common to all scenarios and is not listed: the bound of a
+    3-vector assumes that all other states are known.
     """
     anisotropic = (
         *(["gyro"] if has_axis_dependent_noise(model.suite.compute_noise_density()) else []),

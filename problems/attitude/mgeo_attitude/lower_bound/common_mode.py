@@ -20,8 +20,7 @@ from mgeo_attitude.lower_bound.curves import bounds_from_information
 
 @dataclass(frozen=True)
 class InertialErrorInformation:
-    """Information that one sensor provides about an inertial error, such as the attitude error, and
-    the body-fixed errors of this sensor that have the same effect on its measurements.
+    """Information that one sensor provides about an inertial error, such as the attitude error.
 
     Attributes
     ----------
@@ -40,8 +39,9 @@ class InertialErrorInformation:
 
 
 class BodyFixedError(NamedTuple):
-    """Information that a sensor provides about one of its body-fixed errors, and the relation of
-    this error to an inertial error with the same effect on the measurements.
+    """Information that a sensor provides about one of its body-fixed errors.
+
+    An inertial error has the same effect on the measurements.
 
     Attributes
     ----------
@@ -56,8 +56,9 @@ class BodyFixedError(NamedTuple):
     v: Floats | None
 
     def has_same_transformation(self, other: BodyFixedError) -> bool:
-        """Return True if this and another body-fixed error have the same matrix G, which converts
-        them to the inertial error; see `InertialErrorInformation.body_fixed_errors`.
+        """Return True if the same matrix G converts two body-fixed errors to the inertial error.
+
+        `InertialErrorInformation.body_fixed_errors` defines G.
         """
         if self.v is None or other.v is None:
             return self.v is other.v
@@ -65,8 +66,7 @@ class BodyFixedError(NamedTuple):
 
 
 class InertialErrorDynamics(NamedTuple):
-    """Dynamics and initial information of an error that is fixed in inertial axes, such as the
-    attitude error.
+    """Dynamics and initial information of an error that is fixed in inertial axes.
 
     Attributes
     ----------
@@ -84,13 +84,12 @@ class InertialErrorDynamics(NamedTuple):
 def bound_dynamics_information(
     dynamics: InertialErrorDynamics, max_angle: float, v: Floats | None, n_samples: int
 ) -> Floats:
-    """Return an upper bound on the information about a body-fixed error that results from the
-    initial information and the dynamics of an inertial error with the same effect, accumulated up
-    to each sample.
+    """Bound the information about a body-fixed error from the dynamics of an inertial error.
 
-    To compensate the body-fixed error in the measurements, the inertial error would have to follow
-    the rotation of the body. The smaller its process noise, the more information contradicts this
-    motion.
+    The inertial error has the same effect on the measurements. The bound includes the initial
+    information about the inertial error, and is accumulated up to each sample. To compensate the
+    body-fixed error in the measurements, the inertial error would have to follow the rotation of
+    the body. The smaller its process noise, the more information contradicts this motion.
 
     See equation (11) of docs/explanation/lower-bound.md.
 
@@ -139,10 +138,11 @@ def bound_common_modes(
     initial_information: dict[str, Floats],
     max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield lower bounds on the sum of the three variances of an inertial error and of each
-    body-fixed error that has the same effect on the measurements.
+    """Yield variance bounds of an inertial error and of the body-fixed errors that resemble it.
 
-    See equation (10) of docs/explanation/lower-bound.md.
+    A body-fixed error resembles the inertial error if it has the same effect on the measurements.
+    Each bound is a lower bound on the sum of three variances. See equation (10) of
+    docs/explanation/lower-bound.md.
 
     Parameters
     ----------
@@ -191,10 +191,10 @@ def bound_common_modes(
 
 
 def _reduce_by_compensation(information: Floats, error_information: Sequence[Floats]) -> Floats:
-    """Return the trace of the information that a sensor provides about an inertial error. It is
-    reduced if a body-fixed error of the sensor can compensate the inertial error.
+    """Reduce a sensor's information about an inertial error by a compensating body-fixed error.
 
-    The initial information about this body-fixed error limits the compensation.
+    The result is the trace of the information. The initial information about this body-fixed error
+    limits the compensation.
     """
     if not error_information:
         return information

@@ -15,7 +15,7 @@ from mgeo_attitude.scenario.scenario import Scenario
 
 
 class BlockBounds(NamedTuple):
-    """Lower bounds on the covariance of one 3-vector of the state at n times.
+    """Lower bounds on the covariance of a three-component state block, such as the gyro bias.
 
     Attributes
     ----------
@@ -32,15 +32,14 @@ class BlockBounds(NamedTuple):
     log_det: Floats
 
     def combine_with(self, other: BlockBounds) -> BlockBounds:
-        """Return the element-wise maximum of two sets of lower bounds, which is a lower bound."""
+        """Return the element-wise maximum of two lower bounds, which is also a lower bound."""
         return BlockBounds(*map(np.maximum, self, other))
 
     def raise_to_sum(self, variance_sum: Floats) -> BlockBounds:
-        """Return a copy of the bounds, tightened by another lower bound on the sum of the three
-        variances, shape (n,).
+        """Return a copy of the bounds, tightened by another lower bound on the variance sum.
 
-        The determinant is unchanged, since the bound on the sum does not assume that other states
-        are known.
+        The lower bound on the sum of the three variances has the shape (n,). The determinant is
+        unchanged, since the bound on the sum does not assume that other states are known.
         """
         return self._replace(
             variance_sum=np.maximum(self.variance_sum, variance_sum),
@@ -49,16 +48,18 @@ class BlockBounds(NamedTuple):
 
 
 def bounds_from_eigenvalues(variances: Floats) -> BlockBounds:
-    """Build the bounds of a 3-vector from lower bounds on the eigenvalues of its covariance, shape
-    (n, 3). The eigenvectors are unknown.
+    """Build the bounds of a state block from lower bounds on its covariance eigenvalues.
+
+    The eigenvalues have the shape (n, 3). The eigenvectors are unknown.
     """
     total = variances.sum(axis=1)
     return BlockBounds(total, total / 3.0, np.log(variances).sum(axis=1))
 
 
 def bounds_from_covariances(covariances: Floats) -> BlockBounds:
-    """Build the bounds of a 3-vector from matrices, shape (n, 3, 3), that are lower bounds on its
-    covariance.
+    """Build the bounds of a state block from matrices that bound its covariance from below.
+
+    The matrices have the shape (n, 3, 3).
     """
     diagonals = np.diagonal(covariances, axis1=1, axis2=2)
     log_det = np.linalg.slogdet(covariances)[1]
@@ -66,13 +67,13 @@ def bounds_from_covariances(covariances: Floats) -> BlockBounds:
 
 
 def bounds_from_information(initial_information: Floats, max_trace: Floats) -> BlockBounds:
-    """Build the bounds of a 3-vector from its initial information matrix and an upper bound on the
-    trace of the measured information.
+    """Build the bounds of a state block from its initial and measured information.
 
-    With the initial information Y and the measured information K, the covariance is (Y + K)⁻¹. By
-    equation (3) of docs/explanation/lower-bound.md the best K has the eigenvectors of Y and raises
-    the smallest eigenvalues to a common level (water filling), because the bounds are convex and
-    decreasing functions of the eigenvalues.
+    The measured information is given by an upper bound on its trace. With the initial information Y
+    and the measured information K, the covariance is (Y + K)⁻¹. By equation (3) of
+    docs/explanation/lower-bound.md the best K has the eigenvectors of Y and raises the smallest
+    eigenvalues to a common level (water filling), because the bounds are convex and decreasing
+    functions of the eigenvalues.
 
     Parameters
     ----------
@@ -85,11 +86,11 @@ def bounds_from_information(initial_information: Floats, max_trace: Floats) -> B
 
 
 def apply_water_filling(initial_information: Floats, max_trace: Floats) -> Floats:
-    """Return the smallest covariance that measurements can produce, as its eigenvalues, shape
-    (n, 3).
+    """Return the eigenvalues of the smallest covariance that measurements can produce.
 
-    The trace of the measurements' information matrix is at most `max_trace`. Distributing it over
-    the axes by water-filling minimizes both trace and determinant; see `bounds_from_information`.
+    The eigenvalues have the shape (n, 3). The trace of the measurements' information matrix is at
+    most `max_trace`. Distributing it over the axes by water-filling minimizes both trace and
+    determinant; see `bounds_from_information`.
     """
     eigenvalues = np.linalg.eigvalsh(initial_information)
     counts = np.arange(1, len(eigenvalues) + 1)
@@ -128,7 +129,7 @@ def propagate_unobserved(
 
 @dataclass(frozen=True)
 class LowerBound:
-    """Lower bounds on the filter covariance at n times, which hold for every plan of a scenario.
+    """Lower bounds on the filter covariance that hold for every plan of a scenario.
 
     Attributes
     ----------
@@ -170,8 +171,9 @@ class LowerBound:
     relaxations: tuple[str, ...]
 
     def compute_sigma(self, block: str) -> Floats:
-        """Return the lower bound on the largest of the three 1-sigmas of a 3-vector of the state at
-        each time, in filter units.
+        """Return the lower bound on the largest 1-sigma of a state block, in filter units.
+
+        The result has one value per time.
 
         Raises
         ------
@@ -181,8 +183,9 @@ class LowerBound:
         return np.sqrt(self.max_variance[block])
 
     def evaluate_trace(self, times: Floats) -> Floats:
-        """Return the lower bound on the weighted trace of the covariance at given times [s], from
-        the nearest sample. A NaN time gives NaN.
+        """Return the lower bound on the weighted trace of the covariance at given times [s].
+
+        The bound is that of the nearest sample. A NaN time gives NaN.
         """
         is_finite = np.isfinite(times)
         steps = np.rint(times[is_finite] / self.times[1]).astype(np.int64)
@@ -197,7 +200,7 @@ def assemble_bounds(
     block_bounds: Mapping[str, BlockBounds],
     relaxations: tuple[str, ...],
 ) -> LowerBound:
-    """Build the `LowerBound` of a scenario from the bounds of all 3-vectors of the state.
+    """Build the `LowerBound` of a scenario from the bounds of all state blocks.
 
     Parameters
     ----------
@@ -232,8 +235,7 @@ def assemble_bounds(
 
 
 def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
-    """Return, for each time, the lower bound on the weighted trace of a plan that ends at this
-    time.
+    """Return lower bounds on the weighted trace at the end of a plan, one per end time.
 
     See equation (8) of docs/explanation/lower-bound.md.
     """
@@ -247,10 +249,10 @@ def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
 
 
 def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> dict[str, Floats]:
-    """Return lower bounds on three objectives of the normalized covariance (mean variance, log
-    determinant, largest eigenvalue) as a dict by objective, with one value per time.
+    """Return lower bounds on the objectives of the normalized covariance, keyed by objective.
 
-    See equation (7) of docs/explanation/models-and-filter.md.
+    The objectives are the mean variance, the log determinant and the largest eigenvalue. Each bound
+    has one value per time. See equation (7) of docs/explanation/models-and-filter.md.
     """
     suite = model.suite
     states = suite.calibrated_indices

@@ -17,8 +17,7 @@ _N_POINTS = 60000
 
 
 def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
-    """Return an upper bound on the attitude information that several photodiodes together provide
-    in one sample. The bound holds at every attitude.
+    """Return an upper bound on the attitude information of several photodiodes in one sample.
 
     At any attitude, the joint information of a sample is at most κ (I - s sᵀ), where κ is the
     returned value and s the Sun direction. A diode with relative noise r has the information w (n ×
@@ -35,8 +34,9 @@ def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
 
 @cache
 def _compute_bound(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -> float:
-    """Compute the result of `bound_joint_information` from hashable values of each diode: normal,
-    half-angle [deg] and relative noise.
+    """Compute `bound_joint_information` from hashable properties of the diodes.
+
+    The properties of a diode are its normal, half-angle [deg] and relative noise.
     """
     points, radius = _build_points()
     normals = np.array([normal for normal, _, _ in diodes])
@@ -54,12 +54,11 @@ def _compute_bound(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -
 
 @cache
 def _build_points() -> tuple[Floats, float]:
-    """Return points that cover the unit sphere, shape (n, 3), and the covering angle [rad]: every
-    direction is within this angle of at least one point.
+    """Return points that cover the unit sphere, shape (n, 3), and the covering angle [rad].
 
-    The points are the centers of cells between parallels and meridians. A direction is at most half
-    a cell width, along its parallel, from the central meridian of its cell, and then half a cell
-    height from the center.
+    Every direction is within this angle of at least one point. The points are the centers of cells
+    between parallels and meridians. A direction is at most half a cell width, along its parallel,
+    from the central meridian of its cell, and then half a cell height from the center.
     """
     n = round(np.sqrt(_N_POINTS * np.pi / 4.0))
     step = np.pi / n

@@ -12,7 +12,7 @@ from mgeo_attitude.lower_bound.curves import apply_water_filling
 
 
 class GyroErrorDynamics(NamedTuple):
-    """Dynamics of a gyro error, such as the bias, that drives the attitude error.
+    """Dynamics of a gyro error that causes attitude errors, such as the gyro bias.
 
     Attributes
     ----------
@@ -30,8 +30,7 @@ class GyroErrorDynamics(NamedTuple):
 
 
 def rate_box_corners(max_rates: Floats) -> Floats:
-    """Return the eight corners of the box of allowed body rates, shape (8, 3), for a given maximum
-    rate about each axis.
+    """Return the eight corners of the box of allowed body rates, shape (8, 3).
 
     The norm of a matrix that is linear in the rate is largest at a corner of the box.
     """
@@ -46,8 +45,7 @@ def bound_through_attitude(
     initial_attitude_information: float,
     angle_random_walk: float,
 ) -> Floats:
-    """Return lower bounds on the eigenvalues of the covariance of a gyro error that affects
-    measurements only through the attitude.
+    """Bound the covariance eigenvalues of a gyro error that is measured only through the attitude.
 
     See equation (6) of docs/explanation/lower-bound.md.
 
@@ -91,8 +89,7 @@ def bound_with_known_attitude(
     initial_information: Floats,
     angle_random_walk: float,
 ) -> Floats:
-    """Return lower bounds on the eigenvalues of the covariance of a gyro bias, assuming that the
-    attitude is known at all times.
+    """Bound the covariance eigenvalues of a gyro bias, assuming that the attitude is always known.
 
     The variances solve the Riccati equation p' = -2 λ p + q - p² / r, equation (7), with the decay
     rate λ and noise density q of the error and the angle random walk r. The initial values p are
@@ -113,10 +110,9 @@ def bound_with_known_attitude(
 def run_covariance_recursion(
     initial_covariance: Floats, decay: Floats, noise: Floats, information: Floats
 ) -> Floats:
-    """Run the covariance recursion of a Kalman filter with diagonal transition and process-noise
-    matrices, and return the covariance after each sample.
+    """Run a covariance recursion with diagonal transition and process-noise matrices.
 
-    See equation (4) of docs/explanation/lower-bound.md.
+    Return the covariance after each sample. See equation (4) of docs/explanation/lower-bound.md.
 
     Each step computes P⁻ = F P F + Q and P = ((P⁻)⁻¹ + J)⁻¹ with the information J of a sample.
 

@@ -31,12 +31,16 @@ _RELATIVE_TOLERANCE = 1e-10
 
 
 class NoLowerBoundError(ValueError):
-    """Raised if no lower bound can be proved for a scenario. The message names the cause."""
+    """Raised if no lower bound can be proved for a scenario.
+
+    The message names the cause.
+    """
 
 
 class BlockInformation(NamedTuple):
-    """Information that measurements provide about one 3-vector of the state in each filter sample,
-    if all other states are known.
+    """Information that measurements provide about one state block in each filter sample.
+
+    All other states are assumed known.
 
     Attributes
     ----------
@@ -52,8 +56,9 @@ class BlockInformation(NamedTuple):
 
 @dataclass(frozen=True)
 class SampleInformation:
-    """Information matrices, or their traces, that sensors provide in each filter sample. They are
-    zero in samples without a measurement.
+    """Information that the sensors provide in each filter sample, as matrices or traces.
+
+    The information is zero in samples without a measurement.
 
     Attributes
     ----------
@@ -82,8 +87,9 @@ class SampleInformation:
 
 
 def collect_information(model: FilterModel) -> SampleInformation:
-    """Return the information that the sensors of a filter model provide in each filter sample, as
-    upper bounds that hold at every attitude.
+    """Compute upper bounds on the information that the sensors provide in each filter sample.
+
+    The bounds hold at every attitude.
 
     Raises
     ------
@@ -139,8 +145,9 @@ def _sum_information(items: Iterable[tuple[str, BlockInformation]]) -> dict[str,
 def _collect_sensor(
     model: FilterModel, index: int, excluded: Collection[str] = ()
 ) -> SampleInformation:
-    """Return the information that one sensor provides in each filter sample. Errors in `excluded`
-    are not treated as fixed in inertial axes.
+    """Return the information that one sensor provides in each filter sample.
+
+    Errors in `excluded` are not treated as fixed in inertial axes.
     """
     suite, sensor = model.suite, model.suite.sensors[index]
     probe = _SensorProbe(model, index)
@@ -207,10 +214,10 @@ def _collect_error(
 
 
 def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInformation:
-    """Return the information that all photodiodes together provide in each filter sample, as upper
-    bounds that hold at every attitude.
+    """Return upper bounds on the information that all photodiodes provide in each filter sample.
 
-    A diode also has information about its own errors, for which all other states are assumed known.
+    The bounds hold at every attitude. A diode also has information about its own errors, for which
+    all other states are assumed known.
     """
     sensors = [model.suite.sensors[index] for index in indices]
     diodes = [sensor for sensor in sensors if isinstance(sensor, Photodiode)]
@@ -244,9 +251,10 @@ def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInforma
 
 
 class _SensorProbe:
-    """Measurement matrices of one sensor, to test whether its information depends on the attitude.
-    They are computed at the identity attitude in all samples, and at a few test attitudes in some
-    samples.
+    """Probe that tests whether the information from a sensor depends on the attitude.
+
+    The measurement matrices of the sensor are computed at the identity attitude in all samples, and
+    at a few test attitudes in some samples.
     """
 
     def __init__(self, model: FilterModel, index: int) -> None:
@@ -272,8 +280,9 @@ class _SensorProbe:
     def _compute_columns(
         self, C: Floats, samples: slice | np.ndarray = slice(None), rate: Floats | None = None
     ) -> dict[str, Floats]:
-        """Return the measurement matrices of some samples at the attitude C, as a dict from the
-        name of each state block to its columns. The attitude error is expressed in GCRS.
+        """Return measurement-matrix columns at the attitude C, as a dict keyed by state block.
+
+        The attitude error is expressed in GCRS.
         """
         v, *auxiliary_vectors = np.moveaxis(self._vectors[samples] @ C.T, 1, 0)
         rates = None if rate is None else np.broadcast_to(rate, v.shape)
@@ -283,11 +292,10 @@ class _SensorProbe:
         return blocks | {"attitude": blocks["attitude"] @ C}
 
     def compute_information(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
-        """Return the information matrix that the sensor provides about several state blocks at each
-        sample.
+        """Return the information matrix about several state blocks at each sample, and two flags.
 
-        Two booleans follow: True if the matrix is the same for all attitudes that are tried, and
-        True if at least its trace is.
+        The first flag is True if the matrix is the same at all test attitudes. The second flag is
+        True if at least its trace is the same.
         """
         information = _compute_information(self._unrotated_columns, names, weights)
         rotated = np.array(
@@ -296,14 +304,16 @@ class _SensorProbe:
         return information, *_compare_information(rotated, information[self._probe_samples])
 
     def mask_unmeasured(self, values: Floats) -> Floats:
-        """Return a copy of an array with zeros in the samples without a measurement."""
+        """Return a copy of an array with zeros at the samples without a measurement."""
         return np.where(self._is_measured.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
 
     def find_similar_errors(
         self, inertial_error: str, traces: dict[str, Floats]
     ) -> dict[str, BodyFixedError]:
-        """Return the body-fixed errors of the sensor that measurements cannot distinguish from a
-        given inertial error unless the body rotates, as a dict by state block.
+        """Find the body-fixed errors that measurements cannot distinguish from an inertial error.
+
+        The errors can be distinguished only if the body rotates. The result is a dict keyed by
+        state block.
         """
         unrotated = {name: H[self._probe_samples] for name, H in self._unrotated_columns.items()}
         attitudes = [
@@ -343,8 +353,7 @@ def _is_similar(
     inertial_error: str,
     v: Floats | None,
 ) -> bool:
-    """Return True if a body-fixed error affects the measurements like a rotated inertial error at
-    all test attitudes.
+    """Return True if a body-fixed error acts like a rotated inertial error at all test attitudes.
 
     See `InertialErrorInformation`.
     """

@@ -30,8 +30,7 @@ from mgeo_attitude._typing import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class SlewLimits:
-    """Limits on the rate of change of the body rate, due to maximum acceleration and maximum wheel
-    torque.
+    """Limits on changes of the body rate, due to maximum acceleration and maximum wheel torque.
 
     Attributes
     ----------
@@ -54,8 +53,7 @@ class SlewLimits:
     initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
 
     def compute_ramp_time(self, rate_change: Floats) -> Floats:
-        """Return the shortest time [s] in which the body rate can change by the given amounts
-        within the limits.
+        """Return the shortest time [s] in which the body rate can change by given amounts.
 
         The rate changes along a straight line, with the torque J dω/dt; see equation (1)
         of docs/explanation/maneuvers-and-constraints.md.
@@ -79,8 +77,9 @@ class SlewLimits:
 
 @dataclass(frozen=True)
 class MagnetorquerDrive:
-    """Simulator of the rotation of a satellite that only magnetorquers rotate. The same simulator
-    is used for all designs of a scenario.
+    """Simulator of the rotation of a satellite whose only actuators are magnetorquers.
+
+    One simulator is used for all designs of a scenario.
 
     Attributes
     ----------
@@ -112,8 +111,7 @@ class MagnetorquerDrive:
     initial_rate: Floats
 
     def rotate(self, rotation: Floats) -> MagnetorquerDrive:
-        """Return a copy of the simulator in which the initial attitude is rotated by a given
-        matrix.
+        """Return a copy of the simulator with a rotated initial attitude.
 
         The field is rotated instead of the attitude; see `FilterModel.rotate_initial_attitude`.
 
@@ -127,8 +125,7 @@ class MagnetorquerDrive:
     def compute_rates(
         self, rates: Floats, starts: Ints, step: float, n_steps: int
     ) -> tuple[Floats, Floats, Bools]:
-        """Compute the body rates that the magnetorquers achieve in each filter step, for the
-        commanded maneuvers of n designs.
+        """Compute the body rates that the magnetorquers achieve in each step for given maneuvers.
 
         Parameters
         ----------

@@ -24,8 +24,7 @@ from mgeo_attitude.maneuvers.schedule import (
 def compute_attitudes(
     rates: Floats, starts: Ints, n_steps: int, step: float, initial: Floats | None = None
 ) -> Floats:
-    """Return the attitude matrices at the start and after each filter step, for a motion that
-    consists of intervals of constant body rate.
+    """Compute the attitude at each filter step of a motion with piecewise constant body rate.
 
     Parameters
     ----------
@@ -64,9 +63,7 @@ def compute_attitudes(
 
 
 class Body(Protocol):
-    """Interface of a satellite whose motion can be computed: its filter step, slew limits and
-    initial state. `FilterModel` implements it.
-    """
+    """Protocol of a satellite whose motion can be computed, such as a `FilterModel`."""
 
     @property
     def step(self) -> float:
@@ -74,7 +71,7 @@ class Body(Protocol):
 
     @property
     def slew_limits(self) -> RotationDynamics:
-        """Slew limits or magnetorquer control. None if the rate changes instantaneously."""
+        """Slew limits or magnetorquer control, or None if the body rate changes instantaneously."""
 
     @property
     def initial_attitude(self) -> Floats:
@@ -83,8 +80,9 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class Motion:
-    """Nominal body rates and attitudes of a plan over n filter steps, starting from the estimated
-    initial attitude.
+    """Nominal body rates and attitudes of a plan in n filter steps.
+
+    The motion starts from the estimated initial attitude.
 
     Attributes
     ----------
@@ -171,11 +169,11 @@ def list_phases(
     limits: RotationDynamics = None,
     names: Mapping[int, str] = MappingProxyType({}),
 ) -> tuple[Phase, ...]:
-    """Return the phases of one design in chronological order: maneuvers, ramps to their rates and
-    the constant-rate hold.
+    """List the phases of a design in chronological order.
 
-    A maneuver shorter than a step may be missing. There is no constant-rate hold if the run ends
-    with the last maneuver.
+    The phases are the maneuvers, the ramps to their rates, and the constant-rate hold. A maneuver
+    shorter than a step may be missing. There is no constant-rate hold if the run ends with the last
+    maneuver.
 
     Parameters
     ----------
@@ -239,11 +237,10 @@ def _compute_mean_rate_and_angle(
 
 
 def split_phases(plan_phases: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
-    """Split the phases of a plan at a time, and label the later phases as needed only if the filter
-    converges late.
+    """Split the phases of a plan at a given time, and relabel the phases after this time.
 
-    A ramp that contains the time is not split. Labels of later phases end with
-    `AFTER_CONVERGENCE_SUFFIX`.
+    Only runs in which the filter converges late need the later phases. A ramp that contains the
+    time is not split. Labels of later phases end with `AFTER_CONVERGENCE_SUFFIX`.
 
     Parameters
     ----------

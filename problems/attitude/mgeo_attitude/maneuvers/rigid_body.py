@@ -30,11 +30,11 @@ _NEGLIGIBLE = 1e-17
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1])"
 )
 def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type: ignore[no-untyped-def]
-    """Simulate the rotation of a satellite under magnetorquer control for each design. In each
-    step, write the mean body rate, the final body rate and whether the magnetorquers are off to
-    the arrays `mean`, `end` and `free`.
+    """Simulate the rotation of a satellite under magnetorquer control for each design.
 
-    `MagnetorquerDrive.compute_rates` describes these arrays.
+    In each step, the mean body rate, the final body rate, and whether the magnetorquers are off are
+    written to the arrays `mean`, `end` and `free`. `MagnetorquerDrive.compute_rates` describes
+    these arrays.
     """
     inertia, inverse, initial_attitude, initial_rate = body
     largest, residual, near, response = law
@@ -90,10 +90,10 @@ def compute_driven_rates(body, law, field, plan, step, mean, end, free):  # type
 
 @helper
 def limit_dipole(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
-    """Write the dipole that the control law requires for a torque in the field b to `dipole`,
-    scaled down if a component exceeds its maximum.
+    """Compute the limited dipole for a control torque, and write it to `dipole`.
 
-    This is the cross-product law b × τ / |b|² with the torque τ.
+    The dipole is scaled down if a component exceeds its maximum. This is the cross-product law b ×
+    τ / |b|² with the torque τ.
     """
     cross(b, torque, dipole)
     square = b[0] * b[0] + b[1] * b[1] + b[2] * b[2]
@@ -107,8 +107,10 @@ def limit_dipole(b, torque, largest, dipole):  # type: ignore[no-untyped-def]
 
 @helper
 def _propagate(rate, b, dipole, inertia, inverse, step, q, scratch):  # type: ignore[no-untyped-def]
-    """Integrate the equations of motion over one filter step. Body rate and field in body axes are
-    updated in place, and the rotation is written to the quaternion `q`.
+    """Integrate the rotation of the satellite over one filter step.
+
+    The body rate and the field in body axes are updated in place. The rotation is written to the
+    quaternion `q`.
     """
     w, f, s, momentum = scratch[0], scratch[1], scratch[2], scratch[3]
     speed, push = 0.0, 0.0
@@ -179,8 +181,9 @@ def _rotation_vector(q, out):  # type: ignore[no-untyped-def]
 
 @helper
 def _to_body(q, out):  # type: ignore[no-untyped-def]
-    """Write the rotation matrix of the quaternion `q` to `out`. The matrix converts vectors from
-    body axes at the start of a step to body axes at its end.
+    """Write the rotation matrix of the quaternion `q` to `out`.
+
+    The matrix converts vectors from body axes at the start of a step to body axes at its end.
     """
     w, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0], out[1, 1] = 1.0 - 2.0 * (y * y + z * z), 1.0 - 2.0 * (x * x + z * z)

@@ -69,10 +69,10 @@ def get_durations(designs: Floats) -> Floats:
 
 
 def build_hold_design(rate: Floats) -> Floats:
-    """Return a design, shape (4,), with one maneuver of zero duration. Its rate is the initial body
-    rate, which is held during the run.
+    """Build a design that holds the initial body rate during the whole run.
 
-    With magnetorquers, the satellite rotates freely, since its initial rate is already reached.
+    The design, shape (4,), has one maneuver of zero duration. With magnetorquers, the satellite
+    rotates freely, since its initial rate is already reached.
 
     Parameters
     ----------
@@ -83,8 +83,7 @@ def build_hold_design(rate: Floats) -> Floats:
 
 
 def compute_maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
-    """Return the filter step at which each maneuver begins, and the step at which the last maneuver
-    ends.
+    """Return the first filter step of each maneuver, and the step at which the last one ends.
 
     A maneuver begins at the first step at or after its start. A maneuver that ends before that step
     is skipped, except the last one, whose rate is held to the end of the run.
@@ -111,8 +110,7 @@ def compute_maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Body rates of n designs, represented as intervals of constant rate. All intervals begin and
-    end at filter steps.
+    """Body rates of n designs, as intervals of constant rate between filter steps.
 
     Attributes
     ----------
@@ -143,8 +141,7 @@ class Schedule:
     commands: tuple[Floats, Ints] | None = None
 
     def is_constant(self) -> Bools:
-        """Return a boolean array that is True for the intervals in which the body rate is
-        constant, and False in ramps.
+        """Return a mask of the intervals in which the body rate is constant.
 
         With magnetorquers, intervals in which the magnetorquers are off are True.
 
@@ -158,7 +155,7 @@ class Schedule:
         return unchanged
 
     def count_steps(self, end_steps: ArrayLike = UNREACHED_STEP) -> Ints:
-        """Return the number of filter steps in each interval, for runs that end at the given steps.
+        """Return the number of filter steps in each interval until the end of each run.
 
         Parameters
         ----------
@@ -175,7 +172,7 @@ class Schedule:
         return result
 
     def has_duration(self) -> Bools:
-        """Return a boolean array, shape (n, k), that is True for intervals of at least one step."""
+        """Return a mask, shape (n, k), of the intervals that last at least one step."""
         return self.count_steps() > 0
 
 
@@ -257,8 +254,7 @@ def build_schedule(
 
 @dataclass(frozen=True)
 class RateIntervals:
-    """Body rates of one design until the end of a run, represented as k consecutive intervals of
-    constant rate.
+    """Body rates of one design during a run, as k consecutive intervals of constant rate.
 
     Attributes
     ----------
@@ -321,15 +317,15 @@ def _build_empty_schedule(n: int, count: int, maneuver_end_steps: Ints) -> Sched
 
 
 def _compute_group_indices(counts: Ints) -> Ints:
-    """Return the index of each element within its group, as one array. The groups are consecutive
-    and have the given sizes.
+    """Return the index of each element within its group.
+
+    The groups are consecutive and have the given sizes.
     """
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
-    """Return the completed fraction of a ramp between two rates: its mean over a filter step, and
-    its value at the end of the step.
+    """Return the completed fraction of a ramp, averaged over a filter step and at its end.
 
     The step begins `start` seconds after the start of a ramp that takes `time` seconds. The ramp
     may end within the step.
@@ -340,8 +336,9 @@ def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floa
 
 
 def _compute_completed_share(elapsed: Floats, time: Floats) -> Floats:
-    """Return the completed fraction of a ramp that takes `time` seconds, `elapsed` seconds after
-    its start.
+    """Return the completed fraction of a ramp at a given time after its start.
+
+    The ramp takes `time` seconds.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(time > 0.0, np.clip(elapsed / time, 0.0, 1.0), 1.0)

@@ -30,8 +30,7 @@ _INFINITE_VALUE = 1e3
 
 @dataclass
 class DescentProblem:
-    """Independent minimization problems, one for each of n plans. Each minimizes the objective of
-    its plan at a given end time.
+    """Set of n problems, each of which minimizes the objective of one plan at a given time.
 
     The variables are the rates relative to the maximum rate, from -1 to 1, and the durations as
     shares of the time, from 0 to 1. The shares need not sum to one.
@@ -51,7 +50,7 @@ class DescentProblem:
 
     @property
     def steps(self) -> Ints:
-        """Index of the filter step at which each plan ends and is evaluated, shape () or (n,)."""
+        """Filter step at which each plan ends and is evaluated, shape () or (n,)."""
         steps = np.rint(np.asarray(self.times) / self.evaluator.model.step).astype(np.int64)
         return np.clip(steps, 1, self.evaluator.model.n_steps)
 
@@ -63,8 +62,9 @@ class DescentProblem:
         return DescentProblem(self.evaluator, np.asarray(self.times)[rows], self.n_maneuvers)
 
     def to_variables(self, designs: Floats) -> Floats:
-        """Convert designs, shape (4 m,) or (n, 4 m), to optimization variables of the same shape,
-        scaled to the range from -1 to 1.
+        """Convert designs, shape (4 m,) or (n, 4 m), to scaled optimization variables.
+
+        The variables have the shape of the designs and are clipped to `bounds`.
         """
         maneuvers = designs.reshape(*designs.shape[:-1], -1, VARIABLES_PER_MANEUVER)
         rates = maneuvers[..., :3] / self.evaluator.scenario.maneuvers.max_rate_deg_s
@@ -74,10 +74,10 @@ class DescentProblem:
         return within
 
     def to_designs(self, variables: Floats) -> Floats:
-        """Convert scaled optimization variables to designs, shape (n, 4 m), whose maneuvers
-        together last until the end time of the plan.
+        """Convert scaled optimization variables to designs that last until the time of each plan.
 
-        A design is shorter than its time if all maneuvers have the maximum duration.
+        The designs have the shape (n, 4 m). A design is shorter than its time if all maneuvers have
+        the maximum duration.
         """
         z = np.clip(np.atleast_2d(variables), *self.bounds.T)
         limits, n = self.evaluator.scenario.maneuvers, len(z)
@@ -96,8 +96,9 @@ class DescentProblem:
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
 
     def evaluate_gradients(self, variables: Floats) -> tuple[Floats, Floats]:
-        """Return the objective and the constraint margins of each plan, and their gradients by
-        finite differences.
+        """Evaluate the objective and the constraint margins of each plan, and their gradients.
+
+        The gradients are computed by finite differences.
 
         Parameters
         ----------
@@ -137,8 +138,7 @@ class DescentProblem:
 def descend(
     evaluator: FixedTimeEvaluator, designs: Floats, times: float | Floats, max_iterations: int
 ) -> Floats:
-    """Improve n designs by gradient-based minimization of their objectives at given times, subject
-    to all constraints of the scenario.
+    """Improve n designs by gradient-based descents at given times, within all constraints.
 
     All descents run in parallel. They use `minimize_constrained` if there are constraints,
     otherwise `minimize_bounded`. A design whose descent fails is returned unchanged.
@@ -175,8 +175,7 @@ def descend_from_best(
     time_indices: Ints,
     max_iterations: int,
 ) -> Floats:
-    """Find the best design for each of k times by gradient-based minimization from several initial
-    designs per time.
+    """Find the best design for each of k times by descents from several initial designs.
 
     The scenario must have no constraints. All descents run in parallel. After a few points only the
     best third of the descents for a time continues, and later twice the better half.
@@ -211,8 +210,7 @@ def _run_in_parallel(
     iterations: int,
     groups: Sequence[list[int]] = (),
 ) -> Floats:
-    """Minimize the objectives of all plans in parallel, and return the final scaled variables of
-    each plan.
+    """Minimize the objectives of all plans in parallel, and return the final scaled variables.
 
     Each list in `groups` contains the rows of one time. It is reduced in place to the descents that
     continue, the best first.

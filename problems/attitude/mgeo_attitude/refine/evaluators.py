@@ -26,7 +26,7 @@ DesignEvaluator = Callable[[Floats], tuple[Floats, Floats]]
 
 
 class PlanProblem(Protocol):
-    """Protocol of optimization problems whose designs are the maneuvers in one scenario."""
+    """Protocol of an optimization problem whose variables are the maneuvers of a scenario."""
 
     scenario: Scenario
     threads: int | None
@@ -39,8 +39,9 @@ class PlanProblem(Protocol):
 
 @dataclass(frozen=True)
 class FixedTimeEvaluator:
-    """Evaluator of designs at a given filter step, whether or not the filter has converged by then.
-    It computes one objective and the constraints.
+    """Evaluator of one objective and the constraints at a given filter step.
+
+    The filter need not have converged at this step.
 
     Attributes
     ----------
@@ -75,7 +76,7 @@ class FixedTimeEvaluator:
         include_covariance_constraints: bool = False,
         allow_partial_steps: bool = False,
     ) -> tuple[Floats, Floats]:
-        """Return the objective and the constraint violations of each design at its filter step.
+        """Evaluate the objective and the constraint violations of each design at its filter step.
 
         Parameters
         ----------
@@ -116,10 +117,10 @@ class FixedTimeEvaluator:
     def select_best(
         self, designs: Floats, steps: int, n_max: int, allow_partial_steps: bool = False
     ) -> Floats:
-        """Return up to `n_max` designs, ordered by constraint violation and then by objective at a
-        filter step, the best first.
+        """Return the best designs at a filter step, at most `n_max` of them.
 
-        The violation of a design is its largest violation of a motion constraint.
+        The designs are ordered by constraint violation and then by objective, the best first. The
+        violation of a design is its largest violation of a motion constraint.
 
         Parameters
         ----------
@@ -140,8 +141,9 @@ class FixedTimeEvaluator:
     def rank_designs(
         self, designs: Floats, steps: Ints | int, allow_partial_steps: bool = False
     ) -> Ints:
-        """Return the row indices of designs, ordered by constraint violation and then by objective
-        at a filter step, the best first.
+        """Rank designs by constraint violation, and then by objective at a filter step.
+
+        The result contains row indices, the best design first.
         """
         value, excess = self.evaluate_at_steps(
             designs, steps, allow_partial_steps=allow_partial_steps
@@ -150,8 +152,8 @@ class FixedTimeEvaluator:
         return np.lexsort((value, worst))
 
     def evaluate_convergence(self, designs: Floats) -> tuple[Floats, Floats]:
-        """Evaluate designs until the filter converges. Return convergence times with traces, and
-        the largest constraint violation of each design.
+        """Compute the convergence time, the trace and the largest constraint violation of each
+        design.
 
         Parameters
         ----------
@@ -173,8 +175,7 @@ class FixedTimeEvaluator:
 def build_fixed_time_evaluator(
     problem: PlanProblem, objective_name: str = "trace"
 ) -> FixedTimeEvaluator:
-    """Return a `FixedTimeEvaluator` for one objective and the scenario of a problem. It evaluates
-    nominal runs.
+    """Build a `FixedTimeEvaluator` for one objective in nominal runs of a problem.
 
     Parameters
     ----------
@@ -186,8 +187,7 @@ def build_fixed_time_evaluator(
 
 
 def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
-    """Return a function that computes, for each of n designs, the objectives of a problem and the
-    largest constraint violation.
+    """Return a function that computes the objectives and the largest violation of each design.
 
     Returns
     -------
@@ -203,11 +203,10 @@ def build_design_evaluator(problem: PlanProblem) -> DesignEvaluator:
 
 
 def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -> Floats:
-    """Return copies of designs with given end times. Maneuvers at the end are shortened, down to
-    zero, or the last maneuver is extended.
+    """Return copies of designs that are shortened or extended to given end times.
 
-    No maneuver becomes longer than `max_duration`, so that a plan may also end earlier than its
-    time.
+    Maneuvers at the end are shortened, down to zero, or the last maneuver is extended. No maneuver
+    becomes longer than `max_duration`, so that a plan may also end earlier than its time.
 
     Parameters
     ----------
@@ -231,8 +230,9 @@ def set_end_times(designs: Floats, times: Floats | float, max_duration: float) -
 
 
 def stretch_durations(designs: Floats, factors: Floats | float, max_duration: float) -> Floats:
-    """Return copies of designs in which all durations are multiplied by a factor, up to a maximum
-    duration.
+    """Return copies of designs in which all durations are multiplied by a factor.
+
+    Durations are limited to `max_duration`.
 
     Parameters
     ----------
@@ -256,8 +256,7 @@ def stretch_durations(designs: Floats, factors: Floats | float, max_duration: fl
 def scale_time(
     designs: Floats, factors: Floats | float, max_duration: float, max_rate_deg_s: float
 ) -> Floats:
-    """Return copies of designs in which all durations are multiplied by a factor and all rates are
-    divided by the same factor.
+    """Return copies of designs with durations multiplied and rates divided by the same factor.
 
     Unless a bound is reached, the designs pass through the same attitudes.
 
@@ -300,8 +299,7 @@ def round_to_steps(evaluator: FixedTimeEvaluator, designs: Floats) -> Floats:
 
 
 def merge_partial_steps(designs: Floats, step: float) -> Floats:
-    """Return designs in which every maneuver ends at a filter step. A step in which rates change
-    becomes a maneuver at the mean rate of the step.
+    """Replace each step in which rates change with a maneuver at the mean rate of the step.
 
     The mean is weighted by time. All maneuvers of the returned designs end on steps, and their
     evaluated results are smooth functions of the original durations.

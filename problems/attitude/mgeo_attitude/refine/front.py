@@ -51,19 +51,20 @@ class RefinementFront:
 
     @property
     def rows(self) -> Ints:
-        """Row indices in `X` of all known plans: the initial plans, then the plans for added end
-        times, in the order in which such plans were first found.
+        """Row indices of all known plans in `X`.
+
+        The initial plans come first. The plans for added end times follow in the order in which
+        they were first found.
         """
         return np.array([*range(self._n_initial), *self._added_rows], dtype=np.int64)
 
     @property
     def plans(self) -> Floats:
-        """Best known plans in the order of `rows`, as an array of shape (len(rows), n_var)."""
+        """Best known plans in the order of `rows`, shape (len(rows), n_var)."""
         return self.X[self.rows]
 
     def store_improvements(self, designs: Floats) -> None:
-        """Compare feasible designs with the best known plan of each end time, and store those that
-        are better.
+        """Store feasible designs that are better than the best known plan of an end time.
 
         A design improves on a plan if it ends no later and has a smaller objective. A design that
         ends much earlier than the initial end time of a row does not replace its plan, because a
@@ -100,9 +101,9 @@ class RefinementFront:
 
 
 def _add_rows(F: Floats, violation: Floats, ratio: float) -> tuple[Floats, Ints]:
-    """Choose additional end times between those of feasible plans. Return these times and, for each
-    of them, the row of the best plan that ends by then.
+    """Choose additional end times between those of feasible plans.
 
+    Return these times and, for each of them, the row of the best plan that ends by then.
     Neighboring times have the ratio `ratio`, or a smaller ratio where the objective falls faster
     than the time increases.
     """

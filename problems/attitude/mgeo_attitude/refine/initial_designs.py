@@ -28,8 +28,9 @@ _MIN_MANEUVER_STEPS = 5
 
 
 def build_rate_grid(max_rate_deg_s: float, n_levels: int = _N_RATE_LEVELS) -> Floats:
-    """Return a grid of body rates [deg/s]: all combinations of equally spaced rates about three
-    axes, one combination per row.
+    """Return a grid of body rates [deg/s], with one combination of rates per row.
+
+    The grid contains all combinations of equally spaced rates about three axes.
 
     Parameters
     ----------
@@ -53,13 +54,12 @@ def append_converging_rate(
     evaluate_designs: DesignEvaluator | None = None,
     thinned_evaluator: FixedTimeEvaluator | None = None,
 ) -> Floats:
-    """Append a last maneuver to a design, at a constant rate with which the filter converges.
-    Return one extended design for each suitable rate.
+    """Extend a design by a final maneuver at a constant rate at which the filter converges.
 
-    The candidate rates are those of `build_rate_grid`. The result contains the candidates that no
-    other candidate dominates in time and objective, at least one. The first one converges about one
-    window of the convergence rule after the design, with the smallest decrease of the trace that
-    the rule accepts.
+    Return one extended design for each suitable rate. The candidate rates are those of
+    `build_rate_grid`. The result contains the candidates that no other candidate dominates in time
+    and objective, at least one. The first one converges about one window of the convergence rule
+    after the design, with the smallest decrease of the trace that the rule accepts.
 
     Parameters
     ----------
@@ -95,11 +95,11 @@ def append_converging_rate(
 def build_receding_horizon_plan(
     evaluator: FixedTimeEvaluator, n_maneuvers: int, end_time: float
 ) -> Floats:
-    """Build a design of maneuvers of equal duration, one maneuver after another. Each maneuver has
-    the rate that minimizes the objective at its end.
+    """Build a design by choosing the rate of one maneuver after another.
 
-    The rates are those of a grid with seven levels about each axis. Among them, those with the
-    smallest violation of constraints are compared.
+    All maneuvers have equal durations. Each maneuver has the rate that minimizes the objective at
+    its end. The rates are those of a grid with seven levels about each axis. Among them, those with
+    the smallest violation of constraints are compared.
 
     Parameters
     ----------
@@ -125,11 +125,11 @@ def beam_search(
     width: int = 1,
     length_ratio: float = 1.0,
 ) -> Floats:
-    """Build designs by a beam search over the rates of successive maneuvers, and return the best
-    ones, the best design first.
+    """Find rates of successive maneuvers by beam search, and return the best designs.
 
-    Each maneuver extends the `width` partial designs with the smallest objectives at the end of
-    the previous maneuver, so that the advantage of a rate may appear after a later maneuver.
+    The best design comes first. Each maneuver extends the `width` partial designs with the smallest
+    objectives at the end of the previous maneuver, so that the advantage of a rate may appear after
+    a later maneuver.
 
     Parameters
     ----------
@@ -170,13 +170,12 @@ def beam_search(
 def build_initial_designs(
     problem: PlanProblem, n_designs: int, random_state: np.random.Generator
 ) -> Floats:
-    """Build initial designs for a search. The end times are random, and the rates of each design
-    are chosen maneuver by maneuver (receding horizon).
+    """Build initial designs for a search, with random end times and receding-horizon rates.
 
-    The logarithms of the end times are stratified. With the convergence rule "trace", a design
-    minimizes the trace until one window before its end, and then holds a rate with which the filter
-    converges. With magnetorquers, the designs assume instantaneous rate changes, which give similar
-    traces much faster.
+    The rates of each design are chosen maneuver by maneuver. The logarithms of the end times are
+    stratified. With the convergence rule "trace", a design minimizes the trace until one window
+    before its end, and then holds a rate with which the filter converges. With magnetorquers, the
+    designs assume instantaneous rate changes, which give similar traces much faster.
 
     Parameters
     ----------
@@ -229,11 +228,10 @@ def _remove_magnetorquers(evaluator: FixedTimeEvaluator) -> FixedTimeEvaluator:
 
 
 def _find_nondominated_rows(F: Floats, violation: Floats) -> Ints:
-    """Return the indices of the designs that are nondominated in time and objective. Only the
-    designs with the smallest constraint violation are compared.
+    """Return the indices of the designs that are nondominated in time and objective.
 
-    F has time and objective of each row, shape (n, 2). If no objective is finite, one row is
-    returned.
+    Only the designs with the smallest constraint violation are compared. F has time and objective
+    of each row, shape (n, 2). If no objective is finite, one row is returned.
     """
     order = np.lexsort((F[:, 1], F[:, 0], violation))
     least = np.minimum.accumulate(np.nan_to_num(F[order, 1], nan=np.inf))
@@ -242,10 +240,10 @@ def _find_nondominated_rows(F: Floats, violation: Floats) -> Ints:
 
 
 def _find_near_nondominated_rows(F: Floats) -> Ints:
-    """Return the indices of nearly nondominated designs. The objective of such a design exceeds the
-    smallest objective among all designs that end no later by less than a relative tolerance.
+    """Return the indices of the designs that are nearly nondominated in time and objective.
 
-    F has time and objective of each row, shape (n, 2).
+    The objective of such a design exceeds the smallest objective among all designs that end no
+    later by at most a relative tolerance. F has time and objective of each row, shape (n, 2).
     """
     order = np.lexsort((F[:, 1], F[:, 0]))
     value = np.nan_to_num(F[order, 1], nan=np.inf)

@@ -127,8 +127,7 @@ def iterate_refinement(
     max_iterations: int = MAX_ITERATIONS,
     add_plans: bool = False,
 ) -> Iterator[Floats]:
-    """Return an iterator that refines the plans of a front in batches, and yields all plans of the
-    front after each batch.
+    """Refine the plans of a front in batches, and yield all plans after each batch.
 
     Each element has the refined plans in the order of `designs`, followed by the added plans. No
     plan is worse than in the element before.
@@ -221,9 +220,7 @@ def _iterate_batches(
 def _group_rows(
     thinned: ThinnedSamples, front: RefinementFront, rows: list[int]
 ) -> list[list[int]]:
-    """Divide rows of the front into small batches. The plans of a batch are refined with the same
-    number of merged measurement samples.
-    """
+    """Group rows of the front into small batches with equal numbers of merged samples."""
     groups: dict[int, list[int]] = {}
     for row in rows:
         n_merged = thinned.count_merged_samples(
@@ -240,10 +237,10 @@ def _group_rows(
 def _select_rows(
     evaluator: FixedTimeEvaluator, front: RefinementFront, n_max: int, select_between: bool
 ) -> list[int]:
-    """Select up to `n_max` rows of the front for refinement, with end times that are spaced nearly
-    evenly on a logarithmic scale, in ascending order.
+    """Select up to `n_max` rows of the front with nearly logarithmically spaced end times.
 
-    If `select_between` is True, select up to `n_max` - 1 rows between those instead.
+    The rows are in ascending order of the end time. If `select_between` is True, select up to
+    `n_max` - 1 rows between those instead.
     """
     rows = front.rows
     times = front.times[rows]
@@ -264,15 +261,15 @@ def _select_rows(
 
 
 def _has_final_rate(evaluator: FixedTimeEvaluator) -> bool:
-    """Return True if plans end with a maneuver that only serves the convergence criterion and is
-    not refined.
+    """Return True if the last maneuver of each plan only serves filter convergence.
+
+    Such a maneuver is not refined.
     """
     return evaluator.model.rule == "trace" and evaluator.scenario.maneuvers.count > 1
 
 
 def _compute_refinement_time(evaluator: FixedTimeEvaluator, t_end: float) -> float | None:
-    """Return the time [s] at which the objective of a plan is minimized, given the end time of the
-    plan, or None if the plan cannot be refined.
+    """Return the time [s] at which the objective of a plan with a given end time is minimized.
 
     With a final rate, this is one window before the end. The result is None for a plan that is too
     short or does not end.
@@ -311,8 +308,10 @@ def _build_initial_designs(
 
 
 def _adapt_to_times(evaluator: FixedTimeEvaluator, plans: Floats, times: Floats | float) -> Floats:
-    """Return three versions of each plan with a new end time: one cut off or extended at its end,
-    one with stretched durations, and one with stretched durations and scaled rates.
+    """Adapt each plan to a new end time in three ways.
+
+    The results are plans that are cut off or extended at the end, plans with stretched durations,
+    and plans with stretched durations and scaled rates.
     """
     limits, factors = evaluator.scenario.maneuvers, times / _sum_durations(plans)
     return np.vstack(
@@ -336,8 +335,7 @@ def _find_nearest_rows(
 def _append_final_rates(
     thinned: ThinnedSamples, refined: Floats, time: float, evaluate_designs: DesignEvaluator | None
 ) -> Floats:
-    """Return copies of a refined plan, each with a different final rate with which the filter
-    converges.
+    """Extend a refined plan by each final rate at which the filter converges.
 
     If no final rate is needed, the result is one plan, with maneuvers that end at filter steps.
     """
@@ -349,8 +347,9 @@ def _append_final_rates(
 
 
 def _adapt_refined_plans(thinned: ThinnedSamples, plans: Floats, times: Floats) -> Floats:
-    """Adapt refined plans to the end times of other plans, and return the best few results for each
-    end time.
+    """Adapt refined plans to the end times of other plans, and return the best results.
+
+    A few results are returned for each end time.
     """
     evaluator = thinned.full_evaluator
     has_final_rate = _has_final_rate(evaluator)

@@ -28,10 +28,11 @@ _BOUND_TOLERANCE = 1e-9
 def minimize_bounded(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[float, Floats], Floats]:
-    """Minimize a function within bounds. The generator yields the points at which the caller
-    evaluates the function, and receives value and gradient at each point.
+    """Minimize a function within bounds, as a generator that requests evaluations.
 
-    The gradient has the shape (k,). The generator returns the last accepted point.
+    The generator yields the points at which the caller evaluates the function, and receives the
+    value and the gradient at each point. The gradient has the shape (k,). The generator returns the
+    last accepted point.
 
     The method is BFGS with projected steps. The gradient of a variable at a bound counts as zero if
     a step would leave the bound (D. P. Bertsekas, Projected Newton methods for optimization
@@ -115,11 +116,11 @@ class _SolverStop(Exception):
 def minimize_constrained(
     initial: Floats, bounds: Floats, max_iterations: int, tolerance: float
 ) -> Generator[Floats, tuple[Floats, Floats], Floats]:
-    """Minimize a function subject to inequality constraints and bounds. The generator yields the
-    points at which the caller evaluates function and constraints.
+    """Minimize a function within constraints and bounds, as a generator that requests evaluations.
 
-    At each point, the generator receives two arrays: the value and the constraint margins, shape (1
-    + m,), and their gradients, shape (1 + m, k). A margin is nonnegative where its constraint is
+    The generator yields the points at which the caller evaluates the function and the constraints.
+    At each point, the generator receives two arrays: the value and the constraint margins, shape
+    (1 + m,), and their gradients, shape (1 + m, k). A margin is nonnegative where its constraint is
     satisfied. The generator returns the last point.
 
     The method is SLSQP (D. Kraft, A software package for sequential quadratic programming, DFVLR-FB

@@ -14,8 +14,9 @@ _MAX_ROTATION_CHANGE_DEG = 20.0
 
 
 def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
-    """Return plans with `n_maneuvers` maneuvers that move the satellite in the same way. The
-    longest maneuver of each plan is halved repeatedly.
+    """Split maneuvers until each plan has `n_maneuvers`, without changing the motion.
+
+    The longest maneuver of each plan is halved repeatedly.
 
     Parameters
     ----------
@@ -59,8 +60,7 @@ def split_maneuvers(designs: ArrayLike, n_maneuvers: int) -> Floats:
 
 
 def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Floats:
-    """Return copies of plans without ineffective maneuvers, that is, without those whose removal
-    makes no objective and no constraint violation worse.
+    """Remove maneuvers that can be omitted without worsening objectives or constraints.
 
     A neighboring maneuver then extends over the time of the removed one. The rotation may change by
     at most 20 deg. The removed maneuver stays in the design with zero duration and the rate of a
@@ -115,8 +115,9 @@ def remove_ineffective_maneuvers(problem: PlanProblem, designs: ArrayLike) -> Fl
 
 
 def _has_effect(durations: Floats) -> Bools:
-    """Return a boolean array that is True for maneuvers of nonzero duration and for the last
-    maneuver of each design.
+    """Return a mask of the maneuvers that have an effect.
+
+    These are the maneuvers of nonzero duration and the last maneuver of each design.
     """
     result: Bools = durations > 0.0
     result[:, -1] = True
@@ -124,11 +125,11 @@ def _has_effect(durations: Floats) -> Bools:
 
 
 def _remove_single_maneuvers(designs: Floats, max_duration: float) -> tuple[Floats, Ints]:
-    """Return copies of designs from each of which one maneuver is removed, and the row index of the
-    original design of each copy.
+    """Remove one maneuver at a time from each design.
 
-    Copies in which a maneuver would exceed `max_duration` [s] or the rotation would change too much
-    are left out.
+    Return the shortened copies, and the row index of the original design of each copy. Copies in
+    which a maneuver would exceed `max_duration` [s] or the rotation would change too much are left
+    out.
     """
     maneuvers = designs.reshape(len(designs), -1, VARIABLES_PER_MANEUVER)
     row, position = np.nonzero(_has_effect(maneuvers[:, :, 3]))

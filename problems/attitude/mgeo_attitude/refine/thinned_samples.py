@@ -26,8 +26,9 @@ _N_FINAL_ITERATIONS = 5
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Evaluators for fast refinement of plans, which merge successive measurement samples into one
-    sample as long as gradients remain accurate.
+    """Evaluators that speed up the refinement of plans by merging measurement samples.
+
+    Successive samples are merged as long as gradients remain accurate.
 
     Attributes
     ----------
@@ -39,9 +40,7 @@ class ThinnedSamples:
     _evaluators: dict[int, FixedTimeEvaluator] = field(default_factory=dict)
 
     def get_evaluator(self, time: float) -> FixedTimeEvaluator:
-        """Return the evaluator with the number of merged samples that suits plans with a given end
-        time [s].
-        """
+        """Return the evaluator whose number of merged samples suits a given end time [s]."""
         model, n_merged = self.full_evaluator.model, self.count_merged_samples(time)
         if n_merged not in self._evaluators:
             self._evaluators[n_merged] = dataclasses.replace(
@@ -50,8 +49,8 @@ class ThinnedSamples:
         return self._evaluators[n_merged]
 
     def count_merged_samples(self, time: float) -> int:
-        """Return the number of successive measurement samples that are merged into one sample for
-        plans with a given end time [s].
+        """Return the number of samples that are merged into one for plans with a given end
+        time [s].
         """
         model, rate = (
             self.full_evaluator.model,
@@ -61,15 +60,19 @@ class ThinnedSamples:
         return next((each for each in _MERGE_SIZES if each <= most), 1)
 
     def find_step(self, time: float) -> int:
-        """Return the number of filter steps until a time [s] in the model of `get_evaluator`, which
-        has longer steps because samples are merged. The result is from 1 to ``n_steps``.
+        """Convert a time [s] to a filter step of the model with merged samples.
+
+        The model is that of `get_evaluator`, which has longer steps. The result is from 1 to
+        ``n_steps``.
         """
         model = self.get_evaluator(time).model
         return min(max(round(time / model.step), 1), model.n_steps)
 
     def evaluate_each(self, designs: Floats, times: Floats) -> tuple[Floats, Floats]:
-        """Return the objective and the largest constraint violation of each design at its own time
-        [s], as two arrays of shape (n,).
+        """Evaluate the objective and the largest constraint violation of each design at its
+        time [s].
+
+        Both arrays have the shape (n,).
         """
         value, worst = np.empty(len(designs)), np.empty(len(designs))
         n_merged = np.array([self.count_merged_samples(time) for time in times])
@@ -84,8 +87,9 @@ class ThinnedSamples:
         return value, worst
 
     def select_best_per_time(self, designs: Floats, times: Floats, n_max: int) -> Ints:
-        """Return the row indices of the best designs of each time [s], at most `n_max` per time.
-        Designs are ordered by constraint violation, then by objective.
+        """Return the row indices of the best designs for each time, at most `n_max` per time.
+
+        The designs are ordered by constraint violation, then by objective.
 
         Parameters
         ----------
@@ -106,11 +110,11 @@ class ThinnedSamples:
     def refine_designs(
         self, initial_designs: Sequence[Floats], times: Floats, max_iterations: int, n_max: int
     ) -> Floats:
-        """Refine several initial designs for each of n times, and return the best refined design of
-        each time, shape (n, 4 m).
+        """Refine several initial designs for each of n times, and return the best design per time.
 
-        The descents for a time start from the initial designs with the smallest objective at that
-        time. The better results continue with more iterations until one design is left.
+        The result has the shape (n, 4 m). The descents for a time start from the initial designs
+        with the smallest objective at that time. The better results continue with more iterations
+        until one design is left.
 
         Parameters
         ----------

@@ -24,7 +24,8 @@ def build_scenario_schema() -> dict[str, Any]:
     ('time step of the filter', 's')
     """
     schema = build_schema(Scenario)
-    preset = {"preset": {"enum": list(PRESETS)}}
+    description = "complete scenario, which gives a value to every key that the file does not state"
+    preset = {"preset": {"enum": list(PRESETS), "description": description}}
     tables = {
         name: {key: value for key, value in table.items() if key != "required"}
         for name, table in schema["$defs"].items()

@@ -47,7 +47,7 @@ class _ErrorConversion(ABCMeta):
 
 
 class Settings(metaclass=_ErrorConversion):
-    """Base class of frozen pydantic dataclasses, each of which represents one table of a TOML file.
+    """Base class of frozen pydantic dataclasses, each of which represents a table of a TOML file.
 
     Validation is strict: a bool is not a number, numbers must be finite, and text is not converted
     to numbers. An int is converted to a float, a numpy number to a Python number, a list to a
@@ -98,11 +98,10 @@ class Settings(metaclass=_ErrorConversion):
 
 
 def _field_docstrings(cls: type) -> dict[str, str]:
-    """Return the docstring below each field of a class, as a dict keyed by field name. Inherited
-    fields are not included.
+    """Return the docstring of each field that a class defines, as a dict keyed by field name.
 
-    The docstrings are read from the source on demand, for a schema or a message, since reading all
-    of them at import takes a sixth of a second.
+    Inherited fields are not included. The docstrings are read from the source on demand, for a
+    schema or a message, since reading all of them at import takes a sixth of a second.
     """
     (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
     assert isinstance(definition, ast.ClassDef)
@@ -110,16 +109,15 @@ def _field_docstrings(cls: type) -> dict[str, str]:
 
 
 def get_fields(cls: type) -> dict[str, FieldInfo]:
-    """Return the pydantic `FieldInfo` of each field of a settings class, as a mapping keyed by
-    field name.
-    """
+    """Return the pydantic `FieldInfo` of each field of a settings class, keyed by field name."""
     result: dict[str, FieldInfo] = cls.__pydantic_fields__  # type: ignore[attr-defined]
     return result
 
 
 def get_annotation(cls: type, key: str, kind: type[T]) -> T | None:
-    """Return the first annotation of a settings field that is an instance of a given class, such as
-    `Unit`. Return None if there is no such annotation.
+    """Find the first annotation of a given class, such as `Unit`, on a settings field.
+
+    Return None if there is no such annotation.
 
     Parameters
     ----------
@@ -148,8 +146,9 @@ def _convert_numpy(value: Any) -> Any:
 
 
 def _convert_error(error: ValidationError, cls: Any) -> ValueError:
-    """Convert a validation error of pydantic to an InvalidValue or InvalidKey. An error about an
-    unknown key takes precedence over other errors.
+    """Convert a pydantic validation error to an `InvalidValue` or `InvalidKey`.
+
+    An error about an unknown key takes precedence over other errors.
     """
     errors = error.errors(include_url=False)
     unknown = (each for each in errors if each["type"].startswith("unexpected_"))
@@ -189,8 +188,7 @@ Table = dict[str, Any]
 
 @dataclass(frozen=True)
 class TableClasses:
-    """Annotation of a field whose table is converted to one of several settings classes, such as
-    the kinds of sensors.
+    """Annotation that converts the table of a field to one of several settings classes.
 
     The entry `key` of a table selects the class by name. Without this entry, the first key of
     `identifying_keys` that the table contains selects the class, or else the class is `default`.
@@ -213,15 +211,17 @@ class TableClasses:
     identifying_keys: Mapping[str, str] = field(default_factory=dict)
 
     def get_class_name(self, table: Mapping[str, Any]) -> Any:
-        """Return the name of the class that a table selects, without a check that the class exists.
-        Return None if the table selects no class.
+        """Return the name of the class that a table selects, or None if it selects no class.
+
+        The class need not exist.
         """
         names = (name for key, name in self.identifying_keys.items() if key in table)
         return table[self.key] if self.key in table else next(names, None)
 
     def convert(self, value: Any) -> Any:
-        """Convert a table to an instance of the settings class that it selects. A value that is not
-        a table is returned unchanged.
+        """Convert a table to an instance of the settings class that it selects.
+
+        A value that is not a table is returned unchanged.
 
         Raises
         ------
@@ -251,7 +251,7 @@ class TableClasses:
 
 
 def to_table(settings: Any) -> Table:
-    """Convert settings to a dict of JSON types, which becomes a table of a TOML or JSON file.
+    """Convert settings to a dict of JSON types, as in a table of a TOML or JSON file.
 
     Times become ISO 8601 text. Fields that are None or an empty tuple are left out, since TOML has
     no null value.
@@ -287,7 +287,7 @@ def flatten_keys(values: Any) -> Any:
 
 
 def require_same(name: str, settings: Any, expected_settings: Any, keys: Iterable[str]) -> None:
-    """Raise InvalidValue if settings differ from the expected settings in one of the given fields.
+    """Raise InvalidValue if one of the given fields differs from the expected settings.
 
     Parameters
     ----------

@@ -28,8 +28,9 @@ class InvalidValue(ValueError):
         return f"{self.key} = {self.value!r:.300}: {self.expected}"
 
     def prefix_key(self, section: str) -> InvalidValue:
-        """Return a copy of the error whose key is prefixed with the name of a table: ``a`` becomes
-        ``section.a``.
+        """Return a copy of the error with a table name prefixed to its key.
+
+        The key ``a`` becomes ``section.a``.
         """
         return type(self)(f"{section}.{self.key}", self.value, self.expected)
 
@@ -42,7 +43,7 @@ class InvalidKey(InvalidValue):
 
 
 def expect(condition: object, key: str, value: object, expected: str) -> None:
-    """Raise InvalidValue with a key, its value and the expected values if a condition is false.
+    """Raise InvalidValue if a condition on the value of a key is false.
 
     The message is ``KEY = VALUE: expected EXPECTED``.
     """
@@ -65,10 +66,10 @@ def expect_unique(key: str, values: Sequence[object]) -> None:
 
 
 def format_known_names(name: object, known: Iterable[str]) -> str:
-    """Return the end of an error message about an unknown name: a suggestion of a similar name, if
-    there is one, and the list of known names.
+    """Format the end of an error message about an unknown name.
 
-    The text is, for example, ``; did you mean 'x'? (known: 'x', 'y')``.
+    The text suggests a similar name, if there is one, and lists the known names. The text is, for
+    example, ``; did you mean 'x'? (known: 'x', 'y')``.
     """
     names = list(known)
     return f"{format_suggestion(name, names)} (known: {', '.join(map(repr, names))})"

@@ -19,9 +19,7 @@ _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "m
 
 
 def describe_schema(schema: Schema) -> str:
-    """Return an English phrase for the values that a JSON Schema permits, such as ``a number > 0
-    [deg]``.
-    """
+    """Return an English description of a JSON Schema, such as ``a number > 0 [deg]``."""
     unit = f" [{schema['unit']}]" if "unit" in schema else ""
     return f"{_describe_type(schema)}{unit}"
 
@@ -37,10 +35,10 @@ def _describe_type(schema: Schema) -> str:
     if schema.get("format") == "date-time":
         return "a date and time with UTC offset, such as 2018-06-05T00:00:00Z"
     if schema.get("type") == "array":
-        bound = "" if "maxItems" in schema else "at least "
-        count = f"{bound}{schema['minItems']} x " if "minItems" in schema else ""
+        bound = "" if "maxItems" in schema else "or more "
+        count = f"{schema['minItems']} {bound}" if "minItems" in schema else ""
         entry = schema.get("items") or schema.get("prefixItems", [{}])[0]
-        return f"a list of {count}({describe_schema(entry)})"
+        return f"a list of {count}values, each {describe_schema(entry)}"
     kind = _TYPES.get(schema.get("type", "object" if "$ref" in schema else ""), "anything")
     bounds = (f"{sign} {schema[key]:.12g}" for key, sign in _BOUNDS.items() if key in schema)
     return f"{kind} {' and '.join(bounds)}".rstrip()

@@ -22,8 +22,9 @@ Schema = dict[str, Any]
 
 @dataclass(frozen=True)
 class Unit:
-    """Unit of a quantity. It annotates the field of a setting, or describes a block of the filter's
-    error state.
+    """Unit of a quantity, with its suffix in keys and its conversion factor.
+
+    A unit annotates the field of a setting, or describes a block of the filter's error state.
 
     Attributes
     ----------
@@ -40,15 +41,14 @@ class Unit:
     factor: float = 1.0
 
     def build_key(self, name: str) -> str:
-        """Return the key of a quantity in a scenario file: the name of the quantity, followed by
-        the suffix of the unit.
-        """
+        """Return the key of a quantity in a scenario file: its name, followed by a unit suffix."""
         return f"{name}_{self.suffix}" if self.suffix else name
 
     @property
     def key_factor(self) -> float:
-        """Factor that converts a value in the filter's unit to the unit of the key in a scenario
-        file. The factor is 1 if the key has no suffix.
+        """Factor from the filter's unit to the unit of the key in a scenario file.
+
+        The factor is 1 if the key has no suffix.
         """
         return self.factor if self.suffix else 1.0
 
@@ -69,9 +69,7 @@ DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))
 
 @dataclass(frozen=True)
 class UsualRange:
-    """Usual range of a setting, as an annotation of its field. A nonzero value outside of the range
-    causes a warning.
-    """
+    """Usual range of a setting, outside of which a nonzero value causes a warning."""
 
     low: float
     high: float

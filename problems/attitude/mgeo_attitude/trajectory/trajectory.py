@@ -47,8 +47,9 @@ _MAX_EVALUATIONS = 60
 
 @dataclass(frozen=True)
 class SlewBack:
-    """Slew at the end of a plan that returns the satellite to its initial attitude law, such as
-    nadir pointing. It is stored as the design of the complete plan, slew included.
+    """Final slew that returns the satellite to its initial attitude law, such as nadir pointing.
+
+    The slew is stored as the design of the complete plan, slew included.
 
     Attributes
     ----------
@@ -63,8 +64,9 @@ class SlewBack:
     end: float
 
     def list_phases(self, step: float, limits: RotationDynamics) -> tuple[Phase, ...]:
-        """Return the motion phases of the slew back in chronological order, as a tuple. A phase is
-        a ramp or a constant rate.
+        """List the motion phases of the slew back in chronological order.
+
+        A phase is a ramp or a constant rate.
         """
         first = len(self.design) // VARIABLES_PER_MANEUVER - len(SLEW_BACK_LABELS)
         names = dict(enumerate(SLEW_BACK_LABELS, first))
@@ -79,10 +81,10 @@ def find_slew_back(
     limits: RotationDynamics,
     initial_attitude: Floats,
 ) -> SlewBack | None:
-    """Return the shortest slew that starts at the end of a filter run and returns the satellite to
-    its initial attitude law, such as nadir pointing.
+    """Find the shortest slew that returns the satellite to its initial attitude law.
 
-    The body rotates the shorter way, at rates within the limits of maneuvers and wheel momenta, and
+    The slew starts at the end of a filter run. An attitude law is, for example, nadir pointing. The
+    body rotates the shorter way, at rates within the limits of maneuvers and wheel momenta, and
     reaches attitude and rate of the law at the same time. The rate is found by Powell's hybrid
     method, and the duration in filter steps by bisection.
 
@@ -142,10 +144,10 @@ def find_slew_back(
 def _truncate_design(
     design: Floats, t_end: float, step: float, limits: SlewLimits | None
 ) -> Floats:
-    """Return the design without the maneuvers after `t_end`, and with a last maneuver that ends
-    half a step before `t_end`.
+    """Return the design without the maneuvers after `t_end`.
 
-    With the margin, the next maneuver starts at the next step regardless of rounding.
+    The last maneuver ends half a step before `t_end`. With this margin, the next maneuver starts at
+    the next step regardless of rounding.
     """
     last_number = int(build_rate_intervals(design, t_end, step, limits).maneuver_numbers[-1])
     table = design.reshape(-1, VARIABLES_PER_MANEUVER)[: last_number + 1].copy()
@@ -156,8 +158,10 @@ def _truncate_design(
 def _compute_attitude_and_rate(
     plan: Schedule, end_step: int, step: float, attitude: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the GCRS-to-body matrix and the body rate [rad/s] at the step `end_step` of a schedule
-    with one design, which starts from the given attitude.
+    """Return the attitude and the body rate [rad/s] at a given step of a schedule.
+
+    The attitude is a GCRS-to-body matrix. The schedule has one design and starts from the given
+    attitude.
     """
     n_steps = plan.count_steps(end_step)[0]
     is_executed = n_steps > 0
@@ -174,8 +178,9 @@ def _compute_attitude_and_rate(
 
 @dataclass
 class SlewSearch:
-    """Search for a slew to the attitude law of a scenario, from a given attitude and body rate at
-    the time `start` [s].
+    """Search for a slew from a given attitude and body rate to the attitude law of a scenario.
+
+    The slew starts at the time `start` [s].
     """
 
     scenario: Scenario
@@ -185,11 +190,10 @@ class SlewSearch:
     rate: Floats
 
     def find_maneuvers(self, n_steps: int) -> Floats | None:
-        """Return a slew back to the attitude law in `n_steps` filter steps, as a design of two
-        maneuvers, shape (8,), or None if there is no such slew.
+        """Find a slew back that takes `n_steps` filter steps, or return None if there is none.
 
-        The second maneuver changes to the rate of the law. The result is None if the slew back is
-        impossible in `n_steps` steps.
+        The result is a design of two maneuvers, shape (8,). The second maneuver changes to the rate
+        of the law.
         """
         step, initial = self.scenario.step, self.scenario.initial
         target, final_rate = initial.evaluate_law(self.scenario, self.start + n_steps * step)
@@ -224,8 +228,8 @@ class SlewSearch:
         final_rate: Floats,
         guess: Floats,
     ) -> Floats | None:
-        """Return the constant body rate of a slew that reaches the target attitude after `n_steps`
-        steps, or None if the search does not converge.
+        """Find the constant body rate at which a slew reaches the target attitude after `n_steps`
+        steps.
 
         The last `n_ramp_steps` of the `n_steps` steps change the rate to `final_rate`. The result
         is None if the search does not converge.
@@ -281,8 +285,7 @@ class SlewSearch:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Complete motion of the satellite for one design: filter run, constant-rate hold and slew
-    back.
+    """Complete motion of the satellite: filter run, constant-rate hold and slew back.
 
     Attributes
     ----------
@@ -310,13 +313,13 @@ class Trajectory:
 
     @cached_property
     def slew_back(self) -> SlewBack | None:
-        """Slew back after the end of the design, or None if the scenario requests no slew back."""
+        """Slew back after the end of the design, or None if the plan has no slew back."""
         limits, initial = self.body.slew_limits, self.body.initial_attitude
         return find_slew_back(self.scenario, self.design, self.design_end, limits, initial)
 
     @property
     def commanded_design(self) -> Floats:
-        """Design that the satellite executes, which includes the maneuvers of the slew back."""
+        """Design that the satellite executes, including the maneuvers of the slew back."""
         return self.design if self.slew_back is None else self.slew_back.design
 
     @property
@@ -326,8 +329,7 @@ class Trajectory:
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Motion phases of the plan in chronological order: maneuvers, constant-rate hold and slew
-        back.
+        """Motion phases of the plan in chronological order, including the slew back.
 
         The time for which the last rate is held after `t_end` is a separate phase.
         """

@@ -96,7 +96,7 @@ class Vehicle(Settings):
 
     @staticmethod
     def cubesat_6u() -> Vehicle:
-        """Return a 6U cubesat with three small commercial reaction wheels along the body axes.
+        """Return a 6U CubeSat with three small commercial reaction wheels along the body axes.
 
         Each wheel has 4 mN m and 15 mN m s. The inertia corresponds to 12 kg distributed evenly
         over 10 x 22.63 x 36.6 cm.
