@@ -28,7 +28,8 @@ from mgeo_calibration.simulators.simulated_run import (
 )
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-END_ERROR, MAX_ERROR = "final pointing error", "largest pointing error"
+START_ERROR, END_ERROR = "initial pointing error", "final pointing error"
+MAX_ERROR = "largest pointing error"
 MAX_RATE, WHEEL_MOMENTUM = "largest rate per axis", "largest wheel momentum"
 _BOUND_COLUMNS = ["bound_type", "bound_value"]
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
@@ -77,8 +78,9 @@ def compute_constraint_values(
     dict by name of the quantity.
 
     A pointing error is the angle of the rotation between an attitude and the plan's attitude at the
-    same sample. The dict contains the error at the last sample and the largest error. The angle of
-    a path constraint is the largest (keep-in) or smallest (keep-out) angle, without margin.
+    same sample. The dict contains the errors at the first and at the last sample, and the largest
+    error. The angle of a path constraint is the largest (keep-in) or smallest (keep-out) angle,
+    without margin.
 
     Parameters
     ----------
@@ -89,8 +91,12 @@ def compute_constraint_values(
     """
     scenario, n = plan.scenario, len(attitude)
     apart = np.linalg.norm(attitude - plan.attitude[:n], axis=(1, 2))
-    off = 2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0))
-    result = {END_ERROR: float(np.degrees(off[-1])), MAX_ERROR: float(np.degrees(off.max()))}
+    off = np.degrees(2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0)))
+    result = {
+        START_ERROR: float(off[0]),
+        END_ERROR: float(off[-1]),
+        MAX_ERROR: float(off.max()),
+    }
     step_rotations = Rotation.from_matrix(
         attitude[:-1] @ attitude[1:].transpose(0, 2, 1)
     ).as_rotvec()
