@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -113,19 +114,31 @@ class SuiteView(View):
         """Return the summary, the constraints and the maneuvers of a single design."""
         (constraints,), (maneuvers,) = self.constraints(), self.maneuvers
         rates = maneuvers.reshape(-1, VARIABLES_PER_MANEUVER)
-        columns = {"duration [s]": rates[:, 3]}
+        # The scenario may end before the last maneuver.
+        ends = np.fmin(rates[:, 3].cumsum(), self.evaluation.t_end[0])
+        columns = {"duration [s]": np.diff(ends, prepend=0.0)}
         columns |= {f"ω{axis} [deg/s]": rates[:, i] for i, axis in enumerate("xyz")}
         decimals = {name: 0 if name == "duration [s]" else 2 for name in columns}
         numbers = pd.Index([str(m + 1) for m in range(len(rates))], name="maneuver")
         sections = {"summary": Section("", tuple(f"{line}." for line in self.summaries()))}
         if len(constraints):
-            sections["constraints"] = build_constraint_section(constraints)
-        table = pd.DataFrame(columns, index=numbers)
+            note = ""
+            if self.problem.scenario.required_sigma:
+                note = "A required 1-sigma applies to each body axis, not to the worst of all axes."
+            section = build_constraint_section(constraints)
+            sections["constraints"] = dataclasses.replace(section, note=note)
+        table = pd.DataFrame(columns, index=numbers)[columns["duration [s]"] > 0.0]
         return sections | {"maneuvers": Section("Maneuver", (), table, "", decimals, MAX_ROWS)}
 
     def front_table(self) -> pd.DataFrame:
-        """Return a table of cost, accuracy and end time, with one row per design."""
-        return self.describe().iloc[:, :5]
+        """Return a table of cost, accuracy and end time, with one row per design.
+
+        If it is an objective, the time from which on all required 1-sigmas are satisfied follows.
+        """
+        table = self.describe().iloc[:, :5].rename(columns={"t_end [s]": "ends after [s]"})
+        if "t_required" in self.problem.objectives:
+            table["requirement met after [s]"] = self.evaluation.t_required
+        return table
 
     def constraints(self) -> list[pd.DataFrame]:
         bounds = [

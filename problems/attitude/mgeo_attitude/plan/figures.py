@@ -61,7 +61,7 @@ def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
             customdata=worst[:, index],
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
-    subtitle = "1-sigma of the worst body axis at the end of each phase"
+    subtitle = "1-sigma of the worst body axis at the end of each maneuver"
     apply_style(figure, "Uncertainty reduction", subtitle + format_nominal_suffix(plan.scenario))
     figure.update_layout(hovermode="x unified", height=460)
     return figure.update_yaxes(

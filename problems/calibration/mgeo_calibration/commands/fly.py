@@ -13,7 +13,6 @@ from mgeo_attitude.plan.summary import list_warnings
 from mgeo._text import format_duration
 from mgeo.plugins.review import Section
 from mgeo.terminal import Output
-from mgeo_calibration.simulators.plan_comparison import VIOLATED_COLUMN
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 
@@ -76,23 +75,19 @@ def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Sect
     ----------
     title : str
     frame : DataFrame
-        Result of `compare_with_plan` or `summarize_gyro_guidance`.
+        Result of `compare_with_plan`.
     note : str
         Text below the table.
     """
     has_bound = frame["bound_type"] != ""
     kinds = frame["bound_type"].map({"at most": "max", "at least": "min"})
     bounds = kinds + frame["bound_value"].map(" {:.4g}".format)
-    titles = {"plan": "planned", "bound_value": "constraint", VIOLATED_COLUMN: "violating runs [%]"}
-    shown = frame.drop(columns="bound_type").rename(columns=titles)
-    shown["constraint"] = bounds.where(has_bound, "")
-    if "satisfied" in shown:
-        satisfied = shown.pop("satisfied").map({True: "satisfied", False: "VIOLATED"})
+    satisfied = frame["satisfied"].map({True: "satisfied", False: "VIOLATED"})
+    shown = frame.drop(columns=["bound_type", "bound_value", "satisfied"])
+    shown = shown.rename(columns={"plan": "planned"})
+    if has_bound.any():
+        shown["constraint"] = bounds.where(has_bound, "")
         shown["result"] = satisfied.where(has_bound, "")
-    if not has_bound.any():
-        shown = shown.drop(
-            columns=["constraint", titles[VIOLATED_COLUMN], "result"], errors="ignore"
-        )
     return Section(title, table=shown, note=note)
 
 
