@@ -20,7 +20,6 @@ from mgeo.studies.aggregation import (
 from mgeo.studies.comparison_files import PROVENANCE_FILE, format_folder_name
 from mgeo.studies.conclusions import compare_with_rivals, format_control_table
 from mgeo.studies.indicators import build_indicator_space, build_part_indicators
-from mgeo.studies.report import format_average_ranks
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
 from mgeo.studies.tables import format_markdown
 
@@ -190,20 +189,27 @@ def ranks_and_shares(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return two tables: average ranks, and shares of problems on which the control is better.
 
-    Rows are algorithms. Columns are titled *variables: budget*.
+    Rows are algorithms. Columns are titled *variables: budget*. A star marks ranks without a
+    significant difference from the control.
     """
     shown = ranks[ranks["evaluations"].isin(budgets)]
+    stars = (shown["p_holm"] >= SIGNIFICANCE_LEVEL).map({True: "*", False: ""})
     shown = shown.assign(
+        text=shown["average_rank"].map("{:.2f}".format) + stars,
         after=shown["variables"].map(lambda n: f"{n or 'all'}: ")
         + shown["evaluations"].map("{:,.0f}".format),
         share=shown["share_control_better"]
         .map("{:.0%}".format)
         .where(shown["share_control_better"].notna(), ""),
     )
-    averages = format_average_ranks(shown, per_variable=True).T
-    averages = averages.set_axis(shown["after"].unique(), axis=1).rename_axis("average rank")
-    shares = shown.pivot(index="algorithm", columns="after", values="share")
-    return averages, shares.loc[averages.index]
+    order = shown.groupby("algorithm")["average_rank"].mean().sort_values(kind="stable").index
+    averages, shares = (
+        shown.pivot(index="algorithm", columns="after", values=column).loc[
+            order, shown["after"].unique()
+        ]
+        for column in ("text", "share")
+    )
+    return averages.rename_axis(index="average rank", columns=None), shares
 
 
 def after(name: str, evaluations: int, variables: int = 0) -> pd.DataFrame:

@@ -110,6 +110,8 @@ class StudySummary:
         `compare_with_rivals`.
     conclusions : list of str
         Sentences, of which the first is the answer.
+    n_functions : int
+        Number of functions; instances and sizes of one function count once.
     """
 
     algorithm: str
@@ -117,6 +119,7 @@ class StudySummary:
     ranks: pd.DataFrame
     pairs: pd.DataFrame
     conclusions: list[str]
+    n_functions: int
 
 
 def summarize_study(
@@ -159,9 +162,9 @@ def summarize_study(
     counts = counts.reindex(columns=["ahead", "even", "behind"], fill_value=0)
     ranks.insert(1, "best_on", medians.eq(medians.max(axis=1), axis=0).sum())
     ranks = ranks.join(counts)[["average_rank", "best_on", *counts, "p_holm"]]
-    return StudySummary(
-        name, is_control, ranks, pairs, _format_summary(comparisons, name, ranks, pairs)
-    )
+    conclusions = _format_summary(comparisons, name, ranks, pairs)
+    n_functions = last["function"].nunique()
+    return StudySummary(name, is_control, ranks, pairs, conclusions, n_functions)
 
 
 def _format_summary(
@@ -219,8 +222,8 @@ def _warn_of_few_seeds(comparisons: Mapping[str, Comparison]) -> list[str]:
     if min_p < SIGNIFICANCE_LEVEL:
         return []
     return [
-        f"With {n_seeds} seeds no difference on one problem can be significant at "
-        f"{100 * SIGNIFICANCE_LEVEL:g} %. Use ten seeds or more."
+        f"With {n_seeds} seed{'s' if n_seeds > 1 else ''}, no difference on a single problem can "
+        f"be significant at {100 * SIGNIFICANCE_LEVEL:g} %. Use ten seeds or more."
     ]
 
 
@@ -282,6 +285,26 @@ def compare_with_rivals(
     table = pd.DataFrame({"A": effect, "p_holm": p, "result": result})
     table.index = pd.Index(pairs["a"].where(is_second, pairs["b"]), name="other")
     return table.loc[[other for other in comparison.rank_algorithms(indicator) if other != name]]
+
+
+def build_test_table(comparison: Comparison, control: str | None = None) -> pd.DataFrame:
+    """Return the tests of all pairs of algorithms in all indicators.
+
+    Returns
+    -------
+    DataFrame
+        ``indicator``, and the columns of `mgeo.studies.statistics.compare_pairwise`. With a
+        control, ``p_holm_control`` is corrected for the pairs of the control only, see
+        `compare_with_rivals`; it is NaN for other pairs.
+    """
+    tables = {}
+    for indicator in comparison.all_indicators:
+        pairs = comparison.test_differences(indicator.name).pairs
+        if control is not None:
+            is_own = (pairs[["a", "b"]] == control).any(axis=1)
+            pairs.loc[is_own, "p_holm_control"] = holm_correction(pairs.loc[is_own, "p"])
+        tables[indicator.name] = pairs
+    return pd.concat(tables, names=["indicator"]).reset_index(0)
 
 
 def format_control_table(

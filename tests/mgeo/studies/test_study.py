@@ -73,7 +73,11 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
     with pytest.raises(FileNotFoundError, match="no comparison of one problem: see read_compar"):
         read_comparison(out)
     page = (out / "zdt1" / "report.html").read_text()
-    for part in ("<h1>Two &lt;problems&gt;</h1>", "<p>First.</p>", "<p>Second &amp; last.</p>"):
+    for part in (
+        "<h1>Two &lt;problems&gt;: zdt1</h1>",
+        "<p>First.</p>",
+        "<p>Second &amp; last.</p>",
+    ):
         assert part in page
     assert page.count("Plotly.newPlot(") >= 6
     heading = "<h2>Comparison of nsga2 10 with every other algorithm</h2>"
