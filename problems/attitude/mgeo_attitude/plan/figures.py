@@ -88,7 +88,8 @@ def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
         )
     subtitle = "share of each error source in the variance of the worst body axis"
     apply_style(figure, "Error budget", subtitle + format_nominal_suffix(plan.scenario))
-    figure.update_layout(barmode="stack", height=320 + 30 * len(table.columns))
+    height = 320 + 30 * len(table.columns)
+    figure.update_layout(barmode="stack", height=height, legend_traceorder="normal")
     figure.update_yaxes(autorange="reversed", title_text="")
     return figure.update_xaxes(range=[0.0, 100.0], title_text="share of the variance [%]")
 
@@ -112,7 +113,7 @@ def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
     apply_style(
         figure,
         "Correlation of the errors",
-        "the difference or sum of strongly correlated errors is known better than either error",
+        "strongly correlated errors: only their sum or their difference is well observable",
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
     figure.update_xaxes(tickangle=-60, showgrid=False)
