@@ -49,7 +49,7 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
     failed = runs[runs["status"] == "failed"]
     control_table = None
     if study.control in comparison.rank_algorithms():
-        control_table = format_control_table(comparison, study.control, comparison.all_indicators)
+        control_table = format_control_table(comparison, study.control, comparison.indicators)
     summary = render(
         "studies/assets/summary.html",
         study=study,
@@ -66,6 +66,7 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         comparison=comparison,
         published=build_published_table(study, comparison),
         control_table=control_table,
+        further=comparison.format_overview().drop(columns=[i.title for i in comparison.indicators]),
         warnings=list_warnings({label: comparison}),
         failed=[f"{row.algorithm}, seed {row.seed}: {row.error}" for row in failed.itertuples()],
     )

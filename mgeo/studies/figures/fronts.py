@@ -163,7 +163,7 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
             surface = surfaces[surfaces[:, 2] == level, :2]
             surface = surface[np.argsort(surface[:, 0])]
             drawn.append(surface)
-            line = {"color": trace_style.format_color(0.6), "dash": "1px,2px"}
+            line = {"color": trace_style.color, "dash": "1px,2px"}
             if level == 50:
                 line = {"color": trace_style.color, "dash": trace_style.dash}
             style = {"mode": "lines", "line": {"shape": "hv", "width": width, **line}}
