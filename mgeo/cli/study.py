@@ -144,7 +144,7 @@ def _print_results(
     )
 
     summary = summarize_study(comparisons, study.control)
-    warnings = list_warnings(comparisons)
+    warnings = list_warnings(comparisons, study.control)
     document: StudyDocument = {
         "title": study.title,
         "folder": str(folder),

@@ -67,7 +67,7 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         published=build_published_table(study, comparison),
         control_table=control_table,
         further=comparison.format_overview().drop(columns=[i.title for i in comparison.indicators]),
-        warnings=list_warnings({label: comparison}),
+        warnings=list_warnings({label: comparison}, study.control),
         failed=[f"{row.algorithm}, seed {row.seed}: {row.error}" for row in failed.itertuples()],
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}
@@ -118,7 +118,7 @@ def render_study_page(
     details = render(
         "studies/assets/problems.html",
         study=study,
-        warnings=[*errors, *list_warnings(comparisons)],
+        warnings=[*errors, *list_warnings(comparisons, study.control)],
         behind=None if summary is None else build_behind_table(summary),
         problems=problems,
         ranks=build_budget_table(ranks, study),

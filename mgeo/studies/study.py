@@ -174,7 +174,7 @@ def _build_study_files(
     values = compute_problem_values(comparisons, study.per_variable)
     ranks = compute_average_ranks(values, study.control)
     table = build_study_table(comparisons)
-    warnings = [*errors, *list_warnings(comparisons)]
+    warnings = [*errors, *list_warnings(comparisons, study.control)]
     summary = table.to_markdown() + "".join(f"\n{text}\n" for text in warnings)
     return {
         LIBRARY_FILE: get_plotlyjs().encode(),

@@ -181,6 +181,28 @@ def test_equal_notes_of_several_problems_are_listed_once():
     assert "1 of 6 runs failed" in failures[0]
 
 
+@pytest.mark.parametrize(
+    ("n_seeds", "n_algorithms", "control", "is_warned"),
+    [
+        (3, 2, None, True),  # The smallest p value is 2 / 20.
+        (4, 2, None, False),  # 2 / 70
+        (5, 13, "A0", True),  # 12 pairs of the control: 12 * 2 / 252
+        (6, 13, "A0", False),
+        (6, 13, None, True),  # 78 pairs: 78 * 2 / 924
+        (7, 13, None, False),
+    ],
+)
+def test_warning_of_few_seeds_accounts_for_the_number_of_pairs(
+    n_seeds, n_algorithms, control, is_warned
+):
+    values = {f"A{i}": i + np.arange(n_seeds) / 100 for i in range(n_algorithms)}
+    comparison = replace(build_final_comparison(values), runs=build_comparison().table.iloc[:0])
+    comparison = replace(comparison, runs=comparison.runs.assign(status="", error=""))
+    rivals = compare_with_rivals(comparison, "A0", is_control=control is not None)
+    assert (rivals["p_holm"].min() >= 0.05) == is_warned
+    assert bool(list_warnings({"one": comparison}, control)) == is_warned
+
+
 def test_result_table_is_sorted_by_rank():
     table = build_result_table(build_comparison()).table
     assert list(table.index) == ["A_1", "C", "B"]
