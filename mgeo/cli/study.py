@@ -39,7 +39,7 @@ def study(
         typer.Option(
             metavar="DIR",
             rich_help_panel="Output",
-            help="Folder to write [default: studies/FILE].",
+            help="Folder to write [default: studies/NAME for NAME.toml].",
         ),
     ] = None,
     resume: Annotated[
