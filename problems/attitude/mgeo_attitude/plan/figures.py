@@ -101,10 +101,7 @@ def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
             x=table.columns,
             y=table.index,
             z=table,
-            zmin=-1.0,
-            zmax=1.0,
-            colorscale=[COLORS[0], "#ffffff", COLORS[1]],
-            colorbar={"title": {"text": "correlation"}, "outlinewidth": 0},
+            coloraxis="coloraxis",
             xgap=1,
             ygap=1,
             hovertemplate="%{y} and %{x}: %{z:.3f}<extra></extra>",
@@ -113,7 +110,14 @@ def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
     apply_style(
         figure,
         "Correlation of the errors",
-        "strongly correlated errors: only their sum or their difference is well observable",
+        "orange: positive, blue: negative; only the sum or the difference of strongly correlated "
+        "errors is well observable",
+    )
+    figure.update_coloraxes(
+        cmin=-1.0,
+        cmax=1.0,
+        colorscale=[COLORS[0], "#ffffff", COLORS[1]],
+        colorbar={"title": {"text": "correlation"}, "outlinewidth": 0},
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
     figure.update_xaxes(tickangle=-60, showgrid=False)
