@@ -59,6 +59,7 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         overview="" if len(study.problems) == 1 else f"../{REPORT_FILE}",
         conclusions=format_conclusions(comparison, study.control),
         result=build_result_table(comparison),
+        warnings=list_warnings({label: comparison}, study.control),
     )
     details = render(
         "studies/assets/problem_details.html",
@@ -67,7 +68,6 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         published=build_published_table(study, comparison),
         control_table=control_table,
         further=comparison.format_overview().drop(columns=[i.title for i in comparison.indicators]),
-        warnings=list_warnings({label: comparison}, study.control),
         failed=[f"{row.algorithm}, seed {row.seed}: {row.error}" for row in failed.itertuples()],
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}
@@ -114,11 +114,11 @@ def render_study_page(
         overview="",
         conclusions=[] if summary is None else summary.conclusions,
         result=None if summary is None else build_rank_table(comparisons, summary),
+        warnings=[*errors, *list_warnings(comparisons, study.control)],
     )
     details = render(
         "studies/assets/problems.html",
         study=study,
-        warnings=[*errors, *list_warnings(comparisons, study.control)],
         behind=None if summary is None else build_behind_table(summary),
         problems=problems,
         ranks=build_budget_table(ranks, study),
