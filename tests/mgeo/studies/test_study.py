@@ -86,7 +86,12 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
         assert f">{name}</th>" in control_table
     link_pattern = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
     assert set(re.findall(link_pattern, page)) == {"../plotly.min.js"}
-    assert set(re.findall(link_pattern, (out / "report.html").read_text())) == {"plotly.min.js"}
+    study_page = (out / "report.html").read_text()
+    assert set(re.findall(link_pattern, study_page)) == {"plotly.min.js"}
+    pages = re.findall(r"<a href=\"([^\"]*\.html)\"", study_page)
+    assert pages == ["zdt1/report.html", "dtlz2/report.html"]
+    assert '<a href="../report.html">' in page
+    assert "p_holm_control" in pd.read_csv(out / "zdt1" / "tests.csv")
 
 
 @pytest.mark.parametrize(
