@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 #: Width of texts [columns].
 TEXT_WIDTH = 80
-_NUMBER = re.compile(r"([-+]?[\d.,]+(e[-+]?\d+)?|nan|inf|-|)( ± [\d.]+)?( ?%)?", re.IGNORECASE)
+_NUMBER = re.compile(r"([-+]?[\d.,]+(e[-+]?\d+)?|nan|inf|-|)( ± [\d.]+)?( ?%)?\*?", re.IGNORECASE)
 
 
 def join_lines(text: str) -> str:
@@ -123,5 +123,8 @@ def format_duration(seconds: float) -> str:
 
 
 def is_number(text: str) -> bool:
-    """Return True if a text is a number, a mean ± standard deviation, a hyphen, or empty."""
+    """Return True if a text is a number, a mean ± standard deviation, a hyphen, or empty.
+
+    A star may follow, which marks a number.
+    """
     return _NUMBER.fullmatch(text) is not None
