@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
-from show import CONTROL, load_ranks, load_values
+from stored_studies import CONTROL, load_ranks, load_values
 
 from mgeo.figures.style import GRID_COLOR
 from mgeo.studies import Comparison

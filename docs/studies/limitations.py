@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import pandas as pd
 from IPython.display import Markdown
-from show import CONTROL, after, count_ahead, load, load_ranks, table, under_noise
+from show import after, count_ahead, table
+from show_single import under_noise
+from stored_studies import CONTROL, load, load_ranks
 
 from mgeo.studies import Comparison
 

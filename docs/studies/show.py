@@ -1,133 +1,34 @@
-"""Functions that the pages of the studies share: they load stored results and format tables."""
+"""Tables of the studies, which several pages share."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 from IPython.display import Markdown
+from stored_studies import (
+    CONTROL,
+    HERE,
+    load,
+    load_ranks,
+    load_values,
+    locate_results,
+    read_provenance,
+)
 
-from mgeo.runs.registry import ALGORITHMS
-from mgeo.studies import Comparison, Study, read_comparison, read_study
+from mgeo.studies import Comparison, read_study
 from mgeo.studies.aggregation import (
     KEY_COLUMNS,
     compute_average_ranks,
     compute_friedman_test,
     compute_problem_values,
 )
-from mgeo.studies.comparison_files import PROVENANCE_FILE, format_folder_name
+from mgeo.studies.comparison_files import PROVENANCE_FILE
 from mgeo.studies.conclusions import compare_with_rivals, format_control_table
 from mgeo.studies.indicators import build_indicator_space, build_part_indicators
-from mgeo.studies.report import format_average_ranks
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
 from mgeo.studies.tables import format_markdown
 
-HERE = Path(__file__).parent
-
-#: Algorithm with which the studies compare all others.
-CONTROL = "MGEODirected"
-#: Names of algorithms on the pages, by their label in study files and stored results.
-_NAMES = {name: record.label for name, record in ALGORITHMS.items()} | {
-    "MGEO directed (ours)": CONTROL,
-    "directed clip": CONTROL,
-    "mgeo-directed": CONTROL,
-    "directed reflect": f"{CONTROL}, reflect",
-    "directed resample": f"{CONTROL}, resample",
-    "ours without momentum": f"{CONTROL}, no momentum",
-    "no covariance": f"{CONTROL}, no covariance",
-    "MGEO_real clip": "MGEO_real, clip",
-    "MGEO_real reflect": "MGEO_real, reflect",
-    "MGEO_real σ 1": "MGEO_real, as published",
-    "mo-cma-es": "MO-CMA-ES",
-    "como-cma-es": "COMO-CMA-ES",
-}
-#: Label of `MGEODirected` with former constants, which the pages omit.
-_FORMER = "ours, any targets"
-#: Names of problems on the pages, by their label in study files.
-_PROBLEMS = {
-    "attitude paper": "paper's satellite",
-    "attitude cubesat_6u": "6U CubeSat",
-    "attitude paper over flights": "paper's satellite",
-    "attitude cubesat_6u over flights": "6U CubeSat",
-    "dtlz1 of two objectives": "dtlz1, 2 objectives",
-    "dtlz3 of two objectives": "dtlz3, 2 objectives",
-}
-#: Changes of the ablation, by label in the study file.
-_CHANGES = {
-    "no selection pressure": "no selection pressure, τ = 0",
-    "always the best": "the best candidate is always accepted, τ = 50",
-    "no extreme weights": "no walkers with extreme weights",
-    "no differences": "no difference steps",
-    "one share of differences": "equal share of difference steps for all walkers, 0.4",
-    "no coupling": "normal steps and differences in one variable only",
-    "one coupling": "equal coupling of normal steps and differences, 0.2",
-    "one width of steps": "one standard deviation of normal steps, 0.05",
-    "no return": "no return to the best point",
-    "no migration": "no return to the archive",
-    "one migration": "equal return to the archive for all walkers, 0.1",
-    "one restart": "equal patience for all walkers, 15 generations",
-    "all variables tried": "up to 20 candidates per walker",
-    "one variable tried": "one candidate per walker",
-    "no attraction": "no differences towards the archive",
-    "no momentum": "no steps with momentum",
-    "nearest targets": "momentum to the nearest archived point only",
-    "any targets": "momentum to random archived points only",
-    "any progress counts": "any decrease of the distance is progress",
-    "one measure of progress": "constant threshold of progress, 0.001",
-    "one share of recombination": "constant share of recombination",
-}
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh")
-#: Time at which recombination was added to `MGEODirected`.
-_RECOMBINATION = "2026-11-29T03:56"
-
-
-def format_name(label: str) -> str:
-    """Return the name of an algorithm on the pages, from its label in a study."""
-    return _NAMES.get(label, label.replace("MGEO_real σ ", "MGEO_real, σ = "))
-
-
-def load(name: str) -> tuple[Study, dict[str, Comparison]]:
-    """Return a study and its stored comparisons by problem label, with algorithms by name."""
-    study = read_study(HERE / f"{name}.toml", allow_imports=False)
-    comparisons = {
-        _PROBLEMS.get(label, label): _rename(read_comparison(place))
-        for label, place in _places(name, study).items()
-    }
-    return study, comparisons
-
-
-def _rename(comparison: Comparison) -> Comparison:
-    """Replace the labels of the algorithms by their names."""
-    return replace(
-        comparison,
-        algorithms=tuple(map(format_name, comparison.algorithms)),
-        table=comparison.table.assign(algorithm=comparison.table["algorithm"].map(format_name)),
-        runs=comparison.runs.assign(algorithm=comparison.runs["algorithm"].map(format_name)),
-        finished_runs={
-            (format_name(label), seed): run
-            for (label, seed), run in comparison.finished_runs.items()
-        },
-    )
-
-
-def load_values(name: str) -> pd.DataFrame:
-    """Return the stored values of a study of many problems, one column per algorithm."""
-    values = pd.read_csv(HERE / "data" / name / "values.csv")
-    return values.drop(columns=_FORMER, errors="ignore").rename(columns=format_name)
-
-
-def load_ranks(name: str) -> pd.DataFrame:
-    """Return the average ranks of a study of many problems, with tests against the control."""
-    return compute_average_ranks(load_values(name), CONTROL)
-
-
-def load_targets(name: str) -> pd.DataFrame:
-    """Return the shares of targets that each algorithm reached in a study of many problems."""
-    targets = pd.read_csv(HERE / "data" / name / "targets.csv")
-    targets = targets[targets["algorithm"] != _FORMER]
-    return targets.assign(algorithm=targets["algorithm"].map(format_name))
 
 
 def rank_problems(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
@@ -139,26 +40,11 @@ def rank_problems(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
     return ranks[ranks["variables"] == 0]
 
 
-def list_earlier_studies(names: Sequence[str]) -> list[str]:
-    """Return the studies whose stored results are older than recombination."""
-    return [
-        name
-        for name in names
-        if min(_read_provenance(path)["written"] for path in (HERE / "data" / name).rglob("prov*"))
-        < _RECOMBINATION
-    ]
-
-
-def _read_provenance(path: Path) -> dict[str, Any]:
-    data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return data
-
-
 def size(name: str) -> Markdown:
     """Return a text with the numbers of evaluations, seeds and runs of a study, and versions."""
     study = read_study(HERE / f"{name}.toml", allow_imports=False)
     provenance = [
-        _read_provenance(place / PROVENANCE_FILE) for place in _places(name, study).values()
+        read_provenance(place / PROVENANCE_FILE) for place in locate_results(name, study).values()
     ]
     first = provenance[0]
     evaluations, seeds = first["evaluations"], len(first["seeds"])
@@ -190,39 +76,33 @@ def ranks_and_shares(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return two tables: average ranks, and shares of problems on which the control is better.
 
-    Rows are algorithms. Columns are titled *variables: budget*.
+    Rows are algorithms. Columns are titled *variables: budget*. A star marks ranks without a
+    significant difference from the control.
     """
     shown = ranks[ranks["evaluations"].isin(budgets)]
+    stars = (shown["p_holm"] >= SIGNIFICANCE_LEVEL).map({True: "*", False: ""})
     shown = shown.assign(
+        text=shown["average_rank"].map("{:.2f}".format) + stars,
         after=shown["variables"].map(lambda n: f"{n or 'all'}: ")
         + shown["evaluations"].map("{:,.0f}".format),
         share=shown["share_control_better"]
         .map("{:.0%}".format)
         .where(shown["share_control_better"].notna(), ""),
     )
-    averages = format_average_ranks(shown, per_variable=True).T
-    averages = averages.set_axis(shown["after"].unique(), axis=1).rename_axis("average rank")
-    shares = shown.pivot(index="algorithm", columns="after", values="share")
-    return averages, shares.loc[averages.index]
+    order = shown.groupby("algorithm")["average_rank"].mean().sort_values(kind="stable").index
+    averages, shares = (
+        shown.pivot(index="algorithm", columns="after", values=column).loc[
+            order, shown["after"].unique()
+        ]
+        for column in ("text", "share")
+    )
+    return averages.rename_axis(index="average rank", columns=None), shares
 
 
 def after(name: str, evaluations: int, variables: int = 0) -> pd.DataFrame:
     """Return the average ranks of a study after a budget, over all problems or one size only."""
     ranks = load_ranks(name)
     return ranks[(ranks["evaluations"] == evaluations) & (ranks["variables"] == variables)]
-
-
-def under_noise() -> dict[float, pd.DataFrame]:
-    """Return the average ranks over functions for each noise level of docs/studies/noise.py."""
-    rows = pd.read_csv(HERE / "data" / "noise.csv")
-    ranks = {}
-    for noise, now in rows.groupby("noise"):
-        values = now.pivot_table("hypervolume", "problem", "algorithm").rename(columns=format_name)
-        values = values.reset_index()
-        # All problems have the same size and budget, and each function occurs once.
-        values = values.assign(function=values["problem"], variables=0, evaluations=0)
-        ranks[noise] = compute_average_ranks(values, CONTROL)
-    return ranks
 
 
 def ranked(columns: Mapping[str, pd.DataFrame]) -> Markdown:
@@ -273,23 +153,6 @@ def mean_values(name: str, budgets: Sequence[int]) -> Markdown:
     means = values[names].clip(lower=0.0).groupby(values["evaluations"]).mean().loc[list(budgets)]
     texts = means.map("{:.3f}".format).set_axis([f"{each:,}" for each in budgets])
     return table(texts.T.rename_axis("algorithm"))
-
-
-def polished() -> Markdown:
-    """Return a table of gain and cost of the local refinement, by docs/studies/polished.py."""
-    rows = pd.read_csv(HERE / "data" / "polished.csv").fillna(0)
-    suffix = rows["stage"].map({"search": "", "polish": ", refined"})
-    rows["front"] = rows["algorithm"].map(format_name) + suffix
-    columns = {
-        "hypervolume_1": ("hypervolume, to 1200", "{:.4f}"),
-        "hypervolume_2": ("from 1200 to 6000", "{:.4f}"),
-        "hypervolume_3": ("from 6000", "{:.4f}"),
-        "whole": ("plans evaluated", "{:,.0f}"),
-        "at_one_time": ("at one time", "{:,.0f}"),
-        "cpu_s": ("CPU [s]", "{:.1f}"),
-    }
-    means = rows.groupby("front", sort=False)[list(columns)].mean()
-    return table(pd.DataFrame({title: means[c].map(f.format) for c, (title, f) in columns.items()}))
 
 
 def table(values: pd.DataFrame) -> Markdown:
@@ -415,14 +278,6 @@ def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("algorithm")
 
 
-def _places(name: str, study: Study) -> dict[str, Path]:
-    """Return the folder with the results of each problem, by label."""
-    data = HERE / "data" / name
-    if len(study.problems) == 1:
-        return {study.problems[0].label: data}
-    return {case.label: data / format_folder_name(case.label) for case in study.problems}
-
-
 def count_ahead(ranks: pd.DataFrame, rival: str) -> str:
     """Return the number of functions on which the control is ahead of a rival, as "16 of 21"."""
     row = ranks[ranks["algorithm"] == rival].iloc[0]
@@ -489,21 +344,3 @@ def mean_and_deviation(runs: pd.DataFrame) -> Markdown:
     texts = texts.unstack().rename(columns="{:,} evaluations".format)
     order = groups["mean"].groupby("algorithm").max().sort_values(ascending=False).index
     return table(texts.loc[order].rename_axis("algorithm"))
-
-
-def ablation() -> Markdown:
-    """Return a table of the shares of problems on which the changed algorithms are behind."""
-    ranks = compute_average_ranks(load_values("ablation"), "default")
-    ranks = ranks[(ranks["variables"] == 0) & ranks["evaluations"].isin((100, 500))]
-    shares = ranks.pivot(index="algorithm", columns="evaluations", values="share_control_better")
-    shares = shares.drop("default").rename(index=_CHANGES).sort_values(500, ascending=False)
-    texts = shares.map("{:.0%}".format).rename(columns="behind after {:.0f}".format)
-    return table(texts.rename_axis("change"))
-
-
-def equalities() -> Markdown:
-    """Return a table of the median and range of the results of docs/studies/equalities.py."""
-    runs = pd.read_csv(HERE / "data" / "equalities.csv")
-    groups = runs.groupby(["problem", "algorithm"], sort=False)["share"]
-    texts = groups.agg(lambda x: f"{x.median():.2f} ({x.min():.2f} to {x.max():.2f})")
-    return table(texts.unstack()[list(dict.fromkeys(runs["algorithm"]))])

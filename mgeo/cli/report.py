@@ -154,10 +154,11 @@ def report(
         prefixes = "|".join(re.escape(f"{format_folder_name(label)}-") for label in comparisons)
         names = dict.fromkeys(re.sub(rf"^({prefixes})", "", name) for name in figures)
         written[str(path)] = "report of the study"
-        output.print_text(f"Figures for --figure: {', '.join(names)}.")
+        output.print_text(f"Names for --figure: {', '.join(names)}.")
         if len(comparisons) > 1:
             one = next(name for name in figures if name not in names)
-            output.print_text(f"Figure of a single problem: {one}.")
+            kind = re.sub(rf"^({prefixes})", "", one)
+            output.print_text(f"{kind} draws all problems, {one} only one.")
     output.print_files(written)
     document: ReportDocument = {
         "file": str(path) if page or is_study else None,

@@ -39,7 +39,7 @@ def study(
         typer.Option(
             metavar="DIR",
             rich_help_panel="Output",
-            help="Folder to write [default: studies/FILE].",
+            help="Folder to write [default: studies/NAME for NAME.toml].",
         ),
     ] = None,
     resume: Annotated[
@@ -144,7 +144,7 @@ def _print_results(
     )
 
     summary = summarize_study(comparisons, study.control)
-    warnings = list_warnings(comparisons)
+    warnings = list_warnings(comparisons, study.control)
     document: StudyDocument = {
         "title": study.title,
         "folder": str(folder),

@@ -17,7 +17,7 @@ from mgeo.plugins.review import Section, find_column_kinds, format_cells
 
 #: File name of the plotting library, if several pages share it.
 LIBRARY_FILE = "plotly.min.js"
-_TITLE_HEIGHT = 35  # Height of a figure's title [px].
+_TITLE_HEIGHT = 65  # Height of a figure's title [px].
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 _TEMPLATES = Environment(
     loader=PackageLoader("mgeo", ""),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -103,7 +104,7 @@ def build_comparison_html(
         title=f"Comparison of {names[0]} and {names[1]}",
         names=names,
         quick_metrics=format_cells(_build_summary_table(subjects)),
-        metrics=format_cells(_build_metrics_table(subjects), digits=5),
+        metrics=format_cells(_build_metrics_table(subjects)),
         options=format_cells(_build_options_table(subjects)),
         front=None if front is None else render_figure(front),
         section_pairs=list(zip_longest(*(subject.review.sections for subject in subjects))),
@@ -162,7 +163,7 @@ def _describe_run(subject: ComparedSolution) -> dict[str, str]:
     volume = run.outcome.hypervolume
     return {
         "solution": subject.solution,
-        "solutions": f"{len(run.outcome.F):,}",
+        "solutions on the front": f"{len(run.outcome.F):,}",
         "algorithm": run.configuration.algorithm,
         "seed": str(run.configuration.seed),
         "evaluations": f"{run.outcome.n_evaluations:,}",
@@ -176,7 +177,14 @@ def _build_metrics_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
     descriptions = (call_optional(subject.view, View.describe) for subject in subjects)
     columns = [table.select_dtypes("number").iloc[0] for table in descriptions]
     table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])
-    return table.assign(**{"second / first": columns[1] / columns[0]})
+    table = table.assign(**{"second / first": columns[1] / columns[0]})
+    return table.rename(index=partial(_format_title, subjects))
+
+
+def _format_title(subjects: Sequence[ComparedSolution], name: str) -> str:
+    """Return the title of a column, or its name if the views of both solutions differ in it."""
+    first, second = (subject.view.format_title(name) for subject in subjects)
+    return first if first == second else name
 
 
 def _build_options_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
@@ -222,5 +230,9 @@ def draw_fronts(subjects: list[ComparedSolution]) -> go.Figure | None:
         objectives.append(subject.view.F)
     apply_style(figure, "", "")
     for k, update in enumerate((figure.update_xaxes, figure.update_yaxes)):
-        update(build_axis_layout(names[0][k], np.concatenate([F[:, k] for F in objectives])))
+        update(
+            build_axis_layout(
+                _format_title(subjects, names[0][k]), np.concatenate([F[:, k] for F in objectives])
+            )
+        )
     return figure.update_layout(title=None, margin={"t": 40}, height=480)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 import pandas as pd
@@ -110,6 +111,8 @@ class StudySummary:
         `compare_with_rivals`.
     conclusions : list of str
         Sentences, of which the first is the answer.
+    n_functions : int
+        Number of functions; instances and sizes of one function count once.
     """
 
     algorithm: str
@@ -117,6 +120,7 @@ class StudySummary:
     ranks: pd.DataFrame
     pairs: pd.DataFrame
     conclusions: list[str]
+    n_functions: int
 
 
 def summarize_study(
@@ -159,9 +163,9 @@ def summarize_study(
     counts = counts.reindex(columns=["ahead", "even", "behind"], fill_value=0)
     ranks.insert(1, "best_on", medians.eq(medians.max(axis=1), axis=0).sum())
     ranks = ranks.join(counts)[["average_rank", "best_on", *counts, "p_holm"]]
-    return StudySummary(
-        name, is_control, ranks, pairs, _format_summary(comparisons, name, ranks, pairs)
-    )
+    conclusions = _format_summary(comparisons, name, ranks, pairs)
+    n_functions = last["function"].nunique()
+    return StudySummary(name, is_control, ranks, pairs, conclusions, n_functions)
 
 
 def _format_summary(
@@ -196,10 +200,17 @@ def _format_summary(
     return sentences
 
 
-def list_warnings(comparisons: Mapping[str, Comparison]) -> list[str]:
+def list_warnings(comparisons: Mapping[str, Comparison], control: str | None = None) -> list[str]:
     """Return sentences on failed runs and on conditions that limit the validity of a study.
 
     A note that applies to several problems is returned once, with the labels of these problems.
+
+    Parameters
+    ----------
+    comparisons : mapping of str to Comparison
+        Finished comparisons by problem label.
+    control : str, optional
+        Label of the control algorithm, see `format_conclusions`.
     """
     labels_by_note: dict[str, list[str]] = {}
     for label, comparison in comparisons.items():
@@ -207,21 +218,29 @@ def list_warnings(comparisons: Mapping[str, Comparison]) -> list[str]:
             labels_by_note.setdefault(note.removeprefix(f"{label}: "), []).append(label)
     failures = [text for label, c in comparisons.items() for text in c.describe_failures(label)]
     notes = [f"{join_names(labels)}: {note}" for note, labels in labels_by_note.items()]
-    return [*notes, *failures, *_warn_of_few_seeds(comparisons)]
+    return [*notes, *failures, *_warn_of_few_seeds(comparisons, control)]
 
 
-def _warn_of_few_seeds(comparisons: Mapping[str, Comparison]) -> list[str]:
+def _warn_of_few_seeds(comparisons: Mapping[str, Comparison], control: str | None) -> list[str]:
     """Return a sentence if no result of one problem can be significant with the number of seeds."""
     n_seeds = min(c.table["seed"].nunique() for c in comparisons.values())
-    if len(comparisons) > 1 and n_seeds == 1:  # Instances of functions may take the place of seeds.
-        return []
-    min_p = 2.0 / math.comb(2 * n_seeds, n_seeds)  # Mann-Whitney test of fully separated samples.
-    if min_p < SIGNIFICANCE_LEVEL:
+    n_algorithms = max(len(c.algorithms) for c in comparisons.values())
+    if n_algorithms < 2 or (len(comparisons) > 1 and n_seeds == 1):
+        return []  # Instances of functions may take the place of seeds.
+    n_pairs = n_algorithms - 1 if control else math.comb(n_algorithms, 2)
+    n_required = next(n for n in count(1) if _smallest_p(n, n_pairs) < SIGNIFICANCE_LEVEL)
+    if n_seeds >= n_required:
         return []
     return [
-        f"With {n_seeds} seeds no difference on one problem can be significant at "
-        f"{100 * SIGNIFICANCE_LEVEL:g} %. Use ten seeds or more."
+        f"With {n_seeds} seed{'s' if n_seeds > 1 else ''} and {n_algorithms} algorithms, no "
+        "difference on a single problem can be significant at "
+        f"{100 * SIGNIFICANCE_LEVEL:g} %. Use at least {max(n_required, 10)} seeds."
     ]
+
+
+def _smallest_p(n_seeds: int, n_pairs: int) -> float:
+    """Return the p value of the Mann-Whitney test of separated samples, with Holm's correction."""
+    return n_pairs * 2.0 / math.comb(2 * n_seeds, n_seeds)
 
 
 def format_criterion(comparisons: Mapping[str, Comparison]) -> str:
@@ -282,6 +301,26 @@ def compare_with_rivals(
     table = pd.DataFrame({"A": effect, "p_holm": p, "result": result})
     table.index = pd.Index(pairs["a"].where(is_second, pairs["b"]), name="other")
     return table.loc[[other for other in comparison.rank_algorithms(indicator) if other != name]]
+
+
+def build_test_table(comparison: Comparison, control: str | None = None) -> pd.DataFrame:
+    """Return the tests of all pairs of algorithms in all indicators.
+
+    Returns
+    -------
+    DataFrame
+        ``indicator``, and the columns of `mgeo.studies.statistics.compare_pairwise`. With a
+        control, ``p_holm_control`` is corrected for the pairs of the control only, see
+        `compare_with_rivals`; it is NaN for other pairs.
+    """
+    tables = {}
+    for indicator in comparison.all_indicators:
+        pairs = comparison.test_differences(indicator.name).pairs
+        if control is not None:
+            is_own = (pairs[["a", "b"]] == control).any(axis=1)
+            pairs.loc[is_own, "p_holm_control"] = holm_correction(pairs.loc[is_own, "p"])
+        tables[indicator.name] = pairs
+    return pd.concat(tables, names=["indicator"]).reset_index(0)
 
 
 def format_control_table(

@@ -336,7 +336,7 @@ def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicat
         Name of the first objective, for the titles.
     """
     edges = [-np.inf, *space.cuts, float("inf")]
-    names = [f"{value:.6g}" for value in space.parts]
+    names = [f"{value:.0f}" if abs(value) >= 1e3 else f"{value:.3g}" for value in space.parts]
     titles = [f"to {low}" for low in names[:1]]
     titles += [f"from {low} to {high}" for low, high in pairwise(names)]
     titles += [f"from {high}" for high in names[-1:]]

@@ -8,6 +8,7 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from mgeo.figures.page import LIBRARY_FILE, render, render_report_page
+from mgeo.store.run_folder import REPORT_FILE
 from mgeo.studies.aggregation import (
     compute_friedman_test,
     compute_problem_values,
@@ -26,10 +27,10 @@ from mgeo.studies.figures.indicators import (
     draw_critical_difference_diagram,
     draw_runtime_distribution,
 )
-from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
 from mgeo.studies.study_file import Study
 from mgeo.studies.summary_tables import (
     build_behind_table,
+    build_budget_table,
     build_published_table,
     build_rank_table,
     build_result_table,
@@ -48,14 +49,17 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
     failed = runs[runs["status"] == "failed"]
     control_table = None
     if study.control in comparison.rank_algorithms():
-        control_table = format_control_table(comparison, study.control, comparison.all_indicators)
+        control_table = format_control_table(comparison, study.control, comparison.indicators)
     summary = render(
         "studies/assets/summary.html",
         study=study,
-        subtitle=f"{label}: {len(comparison.algorithms)} algorithms, {len(study.seeds)} seeds, "
-        f"{comparison.n_eval:,} evaluations per run",
+        title=study.title if len(study.problems) == 1 else f"{study.title}: {label}",
+        subtitle=f"{len(comparison.algorithms)} algorithms, {len(study.seeds)} "
+        f"seed{'s' if len(study.seeds) > 1 else ''}, {comparison.n_eval:,} evaluations per run",
+        overview="" if len(study.problems) == 1 else f"../{REPORT_FILE}",
         conclusions=format_conclusions(comparison, study.control),
         result=build_result_table(comparison),
+        warnings=list_warnings({label: comparison}, study.control),
     )
     details = render(
         "studies/assets/problem_details.html",
@@ -63,7 +67,7 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         comparison=comparison,
         published=build_published_table(study, comparison),
         control_table=control_table,
-        warnings=list_warnings({label: comparison}),
+        further=comparison.format_overview().drop(columns=[i.title for i in comparison.indicators]),
         failed=[f"{row.algorithm}, seed {row.seed}: {row.error}" for row in failed.itertuples()],
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}
@@ -72,7 +76,7 @@ def render_problem_page(study: Study, label: str, comparison: Comparison) -> str
         "studies/assets/method.html",
         study=study,
         comparison=comparison,
-        pairs=pairs.rename(columns={"p_holm": "p (Holm)"}).set_index("a"),
+        pairs=pairs.rename(columns={"p_holm": "p (Holm, all pairs)"}).set_index("a"),
         overall=tests.kruskal_wallis,
     )
     library = True if len(study.problems) == 1 else f"../{LIBRARY_FILE}"
@@ -101,47 +105,30 @@ def render_study_page(
         Sentences on problems without a finished run.
     """
     summary = summarize_study(comparisons, study.control)
+    problems = build_study_table(comparisons).table
     page = render(
         "studies/assets/summary.html",
         study=study,
+        title=study.title,
         subtitle=study.format_size(),
+        overview="",
         conclusions=[] if summary is None else summary.conclusions,
         result=None if summary is None else build_rank_table(comparisons, summary),
+        warnings=[*errors, *list_warnings(comparisons, study.control)],
     )
     details = render(
         "studies/assets/problems.html",
         study=study,
-        warnings=[*errors, *list_warnings(comparisons)],
         behind=None if summary is None else build_behind_table(summary),
-        problems=build_study_table(comparisons).table,
-        ranks=format_average_ranks(ranks, study.per_variable),
-        folders={label: format_folder_name(label) for label in comparisons},
+        problems=problems,
+        ranks=build_budget_table(ranks, study),
+        links={
+            row: f"{format_folder_name(label)}/{REPORT_FILE}"
+            for row, label in zip(problems.index, comparisons, strict=True)
+        },
     )
     figures = _draw_aggregate_figures(comparisons).values()
     return render_report_page(study.title, [page, *figures, details], LIBRARY_FILE)
-
-
-def format_average_ranks(ranks: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
-    """Format average ranks as a text table of evaluation counts (rows) and algorithms (columns).
-
-    A star marks ranks without a significant difference (5 %) from the control, or without a control
-    from the best algorithm of the row.
-    """
-    suffix = " per variable" if per_variable else ""
-    sizes = ranks["variables"].map(lambda n: f"{n} variables" if n else "all")
-    budgets = ranks["evaluations"].map("{:,.10g}".format) + suffix
-    blocks = [
-        f" ({problems} problems{'' if functions == problems else f' of {functions} functions'})"
-        for problems, functions in zip(ranks["problems"], ranks["functions"], strict=True)
-    ]
-    stars = (ranks["p_holm"] >= SIGNIFICANCE_LEVEL).map({True: "*", False: ""})
-    texts = ranks.assign(
-        row=sizes + ", " + budgets + blocks,
-        text=ranks["average_rank"].map("{:.2f}".format) + stars,
-    )
-    table = texts.pivot(index="row", columns="algorithm", values="text")
-    order = texts.groupby("algorithm")["average_rank"].mean().sort_values(kind="stable")
-    return table.loc[texts["row"].unique(), order.index].rename_axis("after evaluations")
 
 
 def draw_study_figures(

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY_FILE
@@ -21,7 +20,7 @@ from mgeo.studies.aggregation import (
 from mgeo.studies.arguments import expand_grid
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.comparison_files import select_problem_folder, write_comparison
-from mgeo.studies.conclusions import format_published_table, list_warnings
+from mgeo.studies.conclusions import build_test_table, format_published_table, list_warnings
 from mgeo.studies.execute import RUNS_FOLDER, Experiment
 from mgeo.studies.indicators import NoFeasibleSolutionError, validate_space_arguments
 from mgeo.studies.plan import list_study_versions, lock_study
@@ -175,7 +174,7 @@ def _build_study_files(
     values = compute_problem_values(comparisons, study.per_variable)
     ranks = compute_average_ranks(values, study.control)
     table = build_study_table(comparisons)
-    warnings = [*errors, *list_warnings(comparisons)]
+    warnings = [*errors, *list_warnings(comparisons, study.control)]
     summary = table.to_markdown() + "".join(f"\n{text}\n" for text in warnings)
     return {
         LIBRARY_FILE: get_plotlyjs().encode(),
@@ -189,17 +188,13 @@ def _build_study_files(
 
 
 def _build_problem_files(study: Study, label: str, comparison: Comparison) -> dict[str, bytes]:
-    pairs = {
-        indicator.name: comparison.test_differences(indicator.name).pairs
-        for indicator in comparison.all_indicators
-    }
-    tests = pd.concat(pairs, names=["indicator"])
+    tests = build_test_table(comparison, study.control)
     summary = comparison.to_markdown() + "".join(f"\n{text}\n" for text in comparison.notes)
     published = format_published_table(study, comparison)
     if published is not None and study.published is not None:
         summary += f"\nCompared with {study.published.source}:\n\n{format_markdown(published)}"
     return {
-        "tests.csv": encode_csv(tests.reset_index(0)),
+        "tests.csv": encode_csv(tests),
         "summary.md": summary.encode(),
         "summary.tex": comparison.to_latex().encode(),
         REPORT_FILE: render_problem_page(study, label, comparison).encode(),

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from mgeo.plugins.review import Section
 from mgeo.studies.comparison import Comparison
@@ -14,7 +16,10 @@ from mgeo.studies.conclusions import (
     format_criterion,
     format_test_method,
 )
+from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
 from mgeo.studies.study_file import Study
+
+_MAX_BUDGETS = 5  # maximum number of rows of `build_budget_table` for each number of variables
 
 
 def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummary) -> Section:
@@ -42,13 +47,83 @@ def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummar
     return Section(
         f"Ranks over {len(comparisons)} problems",
         table=table.rename_axis("algorithm"),
-        note=f"Best on: number of problems with the {format_criterion(comparisons)}; ties count "
-        "for each algorithm.\nAhead, even, behind: number of problems on which "
-        f"{name} is significantly better than, not significantly different from, and "
-        "significantly worse than the algorithm "
-        f"({format_test_method(summary.is_control)}).\np: signed-rank test of {name} against the "
-        "algorithm over all problems, with Holm's correction.",
+        note=f"Average rank: 1 for the {format_criterion(comparisons)} on a problem, averaged over "
+        f"the problems.{_describe_zero_hypervolume(comparisons)}\n"
+        "Best on: number of problems on which the algorithm ranks first, alone or tied.\n"
+        f"Ahead, even, behind: number of problems on which {name} is significantly better than, "
+        "not significantly different from, and significantly worse than the algorithm "
+        f"({format_test_method(summary.is_control)}).\n"
+        f"p: signed-rank test of {name} against the algorithm over all problems, with Holm's "
+        f"correction.{_describe_smallest_p(summary, len(comparisons))}",
     )
+
+
+def _describe_zero_hypervolume(comparisons: Mapping[str, Comparison]) -> str:
+    has_zeros = any(
+        (c.select_final_rows().get("hypervolume", pd.Series([1.0])) == 0.0).any()
+        for c in comparisons.values()
+    )
+    return " Runs of zero hypervolume rank by their additive epsilon." if has_zeros else ""
+
+
+def _describe_smallest_p(summary: StudySummary, n_problems: int) -> str:
+    """Return a sentence if no difference over all problems can be significant."""
+    n, k = summary.n_functions, len(summary.ranks)
+    smallest = (k - 1) * 2.0 ** (1 - n)  # All differences of the exact test have equal signs.
+    if smallest < SIGNIFICANCE_LEVEL:
+        return ""
+    blocks = f"{n} {'problem' if n == n_problems else 'function'}{'s' if n > 1 else ''}"
+    return f" With {blocks}, p is at least {min(smallest, 1.0):.2g}: no difference is significant."
+
+
+def build_budget_table(ranks: pd.DataFrame, study: Study) -> Section:
+    """Build a table of average ranks after a few numbers of evaluations.
+
+    The numbers of evaluations are the end of the runs and, of the measured ones, those nearest to
+    one half, one quarter and so on of it. There is one row for each, also for the problems of each
+    number of variables if these differ.
+
+    Parameters
+    ----------
+    ranks : DataFrame
+        Result of `mgeo.studies.aggregation.compute_average_ranks`.
+    study : Study
+        Study of the problems.
+    """
+    shown = ranks[ranks["evaluations"].isin(_select_budgets(ranks["evaluations"].to_numpy()))]
+    stars = (shown["p_holm"] >= SIGNIFICANCE_LEVEL).map({True: "*", False: ""})
+    texts = shown.assign(text=shown["average_rank"].map("{:.2f}".format) + stars)
+    keys = ["variables", "problems", "evaluations"]
+    table = texts.pivot(index=keys, columns="algorithm", values="text")
+    order = shown[(shown["evaluations"] == shown["evaluations"].max()) & (shown["variables"] == 0)]
+    table = table[order["algorithm"]].reset_index().rename_axis(columns=None)
+    title = f"evaluations{' per variable' if study.per_variable else ''}"
+    table["evaluations"] = table["evaluations"].map("{:,.10g}".format)
+    table["variables"] = table["variables"].replace({0: "all"})
+    if not ranks["variables"].any():
+        table = table.drop(columns=["variables", "problems"])
+    table = table.rename(columns={"evaluations": title})
+    return Section(
+        "Average ranks during the runs",
+        table=table.set_index(table.columns[0]),
+        note="Rank of the median of the default indicator over the runs on a problem, averaged "
+        "over the problems; 1 is the best. Instances and sizes of one function are averaged first. "
+        "Runs of zero hypervolume rank by their additive epsilon. An algorithm whose runs all "
+        "failed on a problem ranks last on this problem.\n"
+        "A star marks algorithms that do not differ significantly from "
+        f"{study.control or 'the best of the row'} (signed-rank test over all problems at "
+        f"{100 * SIGNIFICANCE_LEVEL:g} %, with Holm's correction).",
+    )
+
+
+def _select_budgets(evaluations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return at most `_MAX_BUDGETS` evaluation counts; each is about twice the one before."""
+    counts = np.unique(evaluations)
+    if len(counts) <= _MAX_BUDGETS:
+        return counts
+    targets = counts[-1] / 2.0 ** np.arange(_MAX_BUDGETS)
+    distances = np.abs(np.log(counts[:, None] / targets))
+    return np.unique(counts[distances.argmin(axis=0)])
 
 
 def build_behind_table(summary: StudySummary) -> Section | None:

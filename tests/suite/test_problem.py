@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, evaluate
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
+from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_suite import SensorSuiteProblem
 from mgeo_suite.catalog import FaceSunSensor
@@ -167,3 +168,20 @@ def test_invalid_designs_are_refused(problem, points):
     ):
         with pytest.raises(ValueError, match=message):
             problem.split_designs(np.array([wrong], dtype=object))
+
+
+def test_overview_lists_maneuvers_until_the_end_of_the_plan(problem, points):
+    """The duration of the scenario bounds the plan, and required 1-sigmas have a time."""
+    scenario = dataclasses.replace(
+        problem.scenario, convergence=Convergence(rule="end"), required_sigma={"attitude_deg": 50.0}
+    )
+    suites = SensorSuiteProblem(scenario, problem.suites.catalog, ["price", "t_required"])
+    x = points[0].copy()
+    durations = x[suites.n_var - 4 * scenario.maneuvers.count :][3::4]
+    durations[:] = 800.0
+    view = suites.view([x])
+    shown = view.overview()["maneuvers"].table
+    assert shown["duration [s]"].tolist() == [800.0, 400.0]
+    front = view.front_table()
+    assert front["ends after [s]"].tolist() == [scenario.duration]
+    assert front["requirement met after [s]"].tolist() == view.evaluation.t_required.tolist()

@@ -1,5 +1,9 @@
 // Pages that only show figures: draw them in the colors of the page, and again if the colors change.
 const ON_PAPER = 700; // Width in print [px of 1/96 inch], at which letters have the size of the text.
+
+/** Return the height in print [px of 1/96 inch], with which two figures of usual height fit on a page. */
+const printedHeight = (layout) => Math.round(0.75 * (layout.height || 540));
+
 const plots = Array.from(document.querySelectorAll(".plotly-graph-div"));
 for (const plot of plots) {
   plot.given = structuredClone({ data: plot.data, layout: plot.layout });
@@ -19,7 +23,10 @@ function recolor() {
   return plots.map((plot) => {
     const { data, layout } = applyButton(plot.given, plot.active);
     const shown = themed(layout, !isPrinted() && plot.clientWidth < NARROW);
-    if (isPrinted()) Object.assign(shown, { width: ON_PAPER, height: layout.height || 540 });
+    if (isPrinted()) {
+      Object.assign(shown, { width: ON_PAPER, height: printedHeight(layout), font: { ...shown.font, size: 11 } });
+      for (const note of shown.annotations || []) note.font.size = 11;
+    }
     return Plotly.react(plot, recolored(data), shown);
   });
 }
@@ -35,7 +42,7 @@ addEventListener("beforeprint", () => {
   for (const details of folds) details.open = true;
   document.documentElement.classList.add("printed");
   recolor();
-  for (const plot of plots) scalable(plot, [ON_PAPER, plot.given.layout.height || 540]);
+  for (const plot of plots) scalable(plot, [ON_PAPER, printedHeight(plot.given.layout)]);
 });
 addEventListener("afterprint", () => {
   document.documentElement.classList.remove("printed");

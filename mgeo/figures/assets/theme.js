@@ -12,6 +12,12 @@ function adaptToNarrowScreen(layout) {
   layout.legend = { ...layout.legend, ...below };
   layout.font.size = 11;
   if (!layout.scene) layout.margin = { ...layout.margin, l: 50, r: 10 };
+  for (const note of layout.annotations || []) note.font.size = 11;
+  for (const key of Object.keys(layout).filter((name) => /^xaxis\d*$/.test(name))) {
+    const [low, high] = layout[key].domain || [0, 1];
+    const isLog = layout[key].type === "log";
+    if (high - low < 0.5) Object.assign(layout[key], isLog ? { tickangle: -90 } : { nticks: 3, tickangle: 0 });
+  }
   if (layout.coloraxis) layout.coloraxis = { ...layout.coloraxis, showscale: false };
   // Axes with equal scales need no more height than width.
   if ([layout.xaxis, layout.yaxis].some((axis) => axis.scaleanchor)) layout.height = Math.min(layout.height || 500, 500);

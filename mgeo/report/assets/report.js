@@ -137,7 +137,9 @@ function fillTable() {
     for (const { value } of shownColumns) addCell(line, "td", Number.isNaN(value(row)) ? "" : formatValue(value(row)));
   }
   const rest = order.length > MAX_ROWS ? `, of which ${MAX_ROWS} are shown` : "";
-  byId("shown").textContent = `${order.length} rows${rest}; click on a heading to sort`;
+  const described = data.figure_rows.length;
+  const blank = described < order.length ? `; metrics other than the objectives are computed for ${described} of them` : "";
+  byId("shown").textContent = `${order.length} rows${rest}${blank}; click on a heading to sort`;
 }
 
 /**

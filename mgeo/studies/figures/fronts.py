@@ -163,7 +163,7 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
             surface = surfaces[surfaces[:, 2] == level, :2]
             surface = surface[np.argsort(surface[:, 0])]
             drawn.append(surface)
-            line = {"color": trace_style.format_color(0.6), "dash": "1px,2px"}
+            line = {"color": trace_style.color, "dash": "1px,2px"}
             if level == 50:
                 line = {"color": trace_style.color, "dash": trace_style.dash}
             style = {"mode": "lines", "line": {"shape": "hv", "width": width, **line}}
@@ -205,20 +205,23 @@ def draw_attainment_difference(comparison: Comparison, first: str, second: str) 
             x=x,
             y=y,
             z=np.round(100.0 * (shares[0] - shares[1])).astype(np.int8),
-            zmin=-100,
-            zmax=100,
-            colorscale=[(0.0, "rgb(190,75,0)"), (0.5, "white"), (1.0, "rgb(0,92,148)")],
-            colorbar={"title": {"text": "difference in<br>share of runs"}, "ticksuffix": " %"},
+            coloraxis="coloraxis",
             hovertemplate=f"{escape_markup(first)} minus {escape_markup(second)}: %{{z}} %"
             "<extra></extra>",
         )
     )
     set_axes(figure, comparison.objectives, points)
+    figure.update_coloraxes(
+        cmin=-100,
+        cmax=100,
+        colorscale=[(0.0, "#be4b00"), (0.5, "#ffffff"), (1.0, "#005c94")],
+        colorbar={"title": {"text": "difference in<br>share of runs"}, "ticksuffix": " %"},
+    )
     return apply_comparison_style(
         figure,
         f"Attainment of {escape_markup(first)} against {escape_markup(second)}",
         f"blue: {escape_markup(first)} attains the point in more of its runs; orange: in fewer; "
-        "darker colors: larger difference",
+        "stronger colors: larger difference",
     )
 
 

@@ -240,7 +240,7 @@ def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go
             x=steps["evaluations"],
             y=steps["share"],
             mode="lines+markers",  # The markers show the measured evaluation counts.
-            line=style.build_line(2),
+            line=style.build_line(2) | {"shape": "hv"},
             marker={"symbol": style.symbol, "size": 6},
             name=escape_markup(name),
             hovertemplate=f"<b>{escape_markup(name)}</b><br>%{{y:.1%}} of the targets<br>"

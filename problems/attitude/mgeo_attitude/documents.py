@@ -67,7 +67,7 @@ class Constraint(TypedDict):
 class ConstraintOfPlan(Constraint):
     """Constraint of the scenario, and the part of the plan in which it is evaluated."""
 
-    phase: str
+    during: str
     """Part of the plan: "maneuvers", "hold", or another interval after convergence."""
     margin: float | None
     """Distance from the bound, negative if the constraint is violated."""
@@ -76,8 +76,8 @@ class ConstraintOfPlan(Constraint):
 class ManeuverRow(TypedDict):
     """Maneuver, ramp, hold or slew of a plan."""
 
-    phase: str
-    """Number of the maneuver, or name of the phase."""
+    maneuver: str
+    """Number of the maneuver, "hold" or "slew back"."""
     start_s: float
     """Start after the epoch."""
     duration_s: float
@@ -91,7 +91,7 @@ class ManeuverRow(TypedDict):
     angle_deg: float
     """Accumulated rotation."""
     largest_reduction_of_1sigma: str
-    """Quantity whose 1-sigma the phase reduces by the largest factor."""
+    """Quantity whose 1-sigma the maneuver reduces by the largest factor."""
     times: float | None
     """Factor of this reduction."""
     start_utc: str
@@ -179,20 +179,20 @@ class ImprovementRow(TypedDict):
 
 
 @extensible
-class PhaseRow(TypedDict):
-    """Uncertainty at the end of one phase of the plan.
+class ReductionRow(TypedDict):
+    """Uncertainty at the end of one maneuver, ramp or hold.
 
     Further keys are the 1-sigmas with their unit, such as `attitude_x_deg`.
     """
 
-    phase: str
-    """Name of the phase; "start" in the first row."""
+    maneuver: str
+    """Name of the maneuver, ramp or hold; "start" in the first row."""
     time_s: float
-    """End of the phase after the epoch."""
+    """End after the epoch."""
     trace: float
     """Trace of the scaled covariance."""
     contribution_percent: float
-    """Contribution of the phase to the total decrease of the logarithm of the trace."""
+    """Contribution to the total decrease of the logarithm of the trace."""
 
 
 @extensible
@@ -210,16 +210,16 @@ class DirectionRow(TypedDict):
 
 @extensible
 class MeasurementRow(TypedDict):
-    """Measurement times of the sensors in one phase of the plan.
+    """Measurement times of the sensors in one maneuver, ramp or hold.
 
     Further keys are the sensors, such as `sun_s`: the time [s] during which the sensor provides
     measurements.
     """
 
-    phase: str
-    """Name of the phase."""
+    maneuver: str
+    """Name of the maneuver, ramp or hold."""
     duration_s: float
-    """Duration of the phase."""
+    """Duration."""
 
 
 @extensible
@@ -354,8 +354,8 @@ class PlanDocument(TypedDict):
     """Error budget."""
     improvements: NotRequired[list[ImprovementRow]]
     """Accuracy after possible improvements."""
-    phases: NotRequired[list[PhaseRow]]
-    """Uncertainty reduction by phase."""
+    reduction: NotRequired[list[ReductionRow]]
+    """Uncertainty reduction by maneuver."""
     directions: NotRequired[list[DirectionRow]]
     """Least observable directions."""
     measurements: NotRequired[list[MeasurementRow]]

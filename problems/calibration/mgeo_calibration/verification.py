@@ -249,15 +249,16 @@ def format_conclusion(verification: Verification) -> str:
     """Describe in one sentence whether the plan achieves its predicted accuracy. Name the largest
     error ratio or the worst failure.
     """
-    runs = f"in {verification.n_runs} Monte Carlo runs"
+    runs = f"over {verification.n_runs} Monte Carlo runs"
     if failures := describe_failures(verification):
         n_more = len(failures) - 1
         more = f"; {n_more} more quantities fail" if n_more else ""
-        return f"The plan does not achieve its predicted accuracy {runs}: {failures[0]}{more}."
+        return f"The plan does not achieve its predicted accuracy: {runs}, {failures[0]}{more}."
     ratio = verification.table[PREDICTED_RATIO]
     return (
-        f"The plan achieves its predicted accuracy {runs}: the largest rms error is "
-        f"{ratio.max():.2f} times its predicted 1-sigma ({ratio.idxmax()})."
+        f"The plan achieves its predicted accuracy: {runs}, the largest rms error is "
+        f"{ratio.max():.2f} times its predicted 1-sigma ({ratio.idxmax()}); ratios up "
+        f"to {verification.max_ratio:.2f} pass."
     )
 
 
@@ -303,9 +304,9 @@ def describe_power(verification: Verification) -> str:
     plan.
     """
     return (
-        f"These runs detect an rms error of {verification.detectable_ratio:.2f} times its 1-sigma "
-        f"with a probability of {100.0 * DETECTION_POWER:.0f} %, and reject a valid plan with a "
-        f"probability of {100.0 * SIGNIFICANCE_LEVEL:.0f} %."
+        f"Power of the test: a plan whose actual 1-sigma is {verification.detectable_ratio:.2f} "
+        f"times the predicted one fails with a probability of {100.0 * DETECTION_POWER:.0f} %, and "
+        f"a valid plan with a probability of {100.0 * SIGNIFICANCE_LEVEL:.0f} %."
     )
 
 
@@ -315,13 +316,13 @@ def list_suggestions(plan: ManeuverPlan, verification: Verification) -> Iterator
         return
     scenario, outside = plan.scenario, find_validity_violations(plan.scenario)
     if outside:
-        yield f"Reduce the initial uncertainty: {'; '.join(outside)}."
+        yield f"Reduce the initial uncertainty ({'; '.join(outside)})."
     elif scenario.prior is None:
         known = f"initial.attitude_deg = {scenario.initial.attitude_deg:g}"
         yield f"Reduce the initial uncertainty, for example of the attitude ({known})."
     if plan.t_end < scenario.duration:
         yield (
-            f"Choose a plan that converges later than {format_duration(plan.t_end)}, with --pick "
+            f"Choose a plan that ends later than {format_duration(plan.t_end)}, with --pick "
             "min-trace or --time SECONDS. The effect of the first, nonlinear updates then decays."
         )
     yield (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -29,7 +30,7 @@ ACCURACY_LEVELS_DEG = (1.0, 0.1, 0.03)
 
 
 class SuiteView(View):
-    """Tables, texts and figures of designs of a `SensorSuiteProblem`, for reports.
+    """Tables, texts and figures that present designs of a `SensorSuiteProblem`.
 
     See `mgeo.View`. Each design is evaluated once.
     """
@@ -113,19 +114,31 @@ class SuiteView(View):
         """Return the summary, the constraints and the maneuvers of a single design."""
         (constraints,), (maneuvers,) = self.constraints(), self.maneuvers
         rates = maneuvers.reshape(-1, VARIABLES_PER_MANEUVER)
-        columns = {"duration [s]": rates[:, 3]}
+        # The scenario may end before the last maneuver.
+        ends = np.fmin(rates[:, 3].cumsum(), self.evaluation.t_end[0])
+        columns = {"duration [s]": np.diff(ends, prepend=0.0)}
         columns |= {f"ω{axis} [deg/s]": rates[:, i] for i, axis in enumerate("xyz")}
         decimals = {name: 0 if name == "duration [s]" else 2 for name in columns}
         numbers = pd.Index([str(m + 1) for m in range(len(rates))], name="maneuver")
         sections = {"summary": Section("", tuple(f"{line}." for line in self.summaries()))}
         if len(constraints):
-            sections["constraints"] = build_constraint_section(constraints)
-        table = pd.DataFrame(columns, index=numbers)
+            note = ""
+            if self.problem.scenario.required_sigma:
+                note = "A required 1-sigma applies to each body axis, not to the worst of all axes."
+            section = build_constraint_section(constraints)
+            sections["constraints"] = dataclasses.replace(section, note=note)
+        table = pd.DataFrame(columns, index=numbers)[columns["duration [s]"] > 0.0]
         return sections | {"maneuvers": Section("Maneuver", (), table, "", decimals, MAX_ROWS)}
 
     def front_table(self) -> pd.DataFrame:
-        """Return a table of cost, accuracy and end time, with one row per design."""
-        return self.describe().iloc[:, :5]
+        """Return a table of cost, accuracy and end time, with one row per design.
+
+        If it is an objective, the time from which on all required 1-sigmas are satisfied follows.
+        """
+        table = self.describe().iloc[:, :5].rename(columns={"t_end [s]": "ends after [s]"})
+        if "t_required" in self.problem.objectives:
+            table["requirement met after [s]"] = self.evaluation.t_required
+        return table
 
     def constraints(self) -> list[pd.DataFrame]:
         bounds = [
@@ -137,9 +150,7 @@ class SuiteView(View):
         return build_constraint_tables(bounds, violations.reshape(len(self.X), len(bounds)))
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return a dict of two figures of the designs: attitude accuracy versus price ("front"),
-        and the selected sensors ("sensors").
-        """
+        """Draw accuracy versus price ("front") and the selected sensors ("sensors")."""
         from mgeo_suite.figures import draw_figures
 
         price = self.resources[:, 0]
@@ -148,9 +159,7 @@ class SuiteView(View):
         )
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return, for each design, a dict with figures of body rates and attitude 1-sigma versus
-        time.
-        """
+        """Draw body rates and attitude 1-sigma versus time for each design."""
         from mgeo_suite.figures import draw_solution_figures
 
         model = self.problem.suites.model
@@ -160,9 +169,9 @@ class SuiteView(View):
         return [draw_solution_figures(model, result) for result in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return, for each attitude accuracy in `ACCURACY_LEVELS_DEG`, the minimum price of the
-        suites on a front that reach this accuracy. The result is a dict whose keys state the
-        accuracy.
+        """Return the lowest price on a front for each accuracy in `ACCURACY_LEVELS_DEG`.
+
+        The keys of the dict state the accuracy.
 
         Accuracies that no suite reaches are left out.
         """

@@ -59,8 +59,8 @@ def test_largest_error_sources_come_first(plan, sections):
     assert (drivers["if halved"] < plan.attitude_sigma_deg).all()
 
 
-def test_phases_show_the_worst_axis(plan, sections):
-    shown, expected = sections["phases"].table, plan.compute_uncertainty_by_phase()
+def test_reduction_shows_the_worst_axis(plan, sections):
+    shown, expected = sections["reduction"].table, plan.compute_uncertainty_by_phase()
     axes = [f"attitude {axis} [deg]" for axis in "xyz"]
     np.testing.assert_array_equal(shown["attitude [deg]"], expected[axes].max(axis=1))
 
@@ -73,3 +73,24 @@ def test_trace_is_compared_with_the_lower_bound(plan):
 
 def test_every_name_has_a_section():
     assert ("summary", *SECTIONS) == SECTION_KEYS
+
+
+def test_constraints_name_the_part_of_the_plan():
+    """The angle of a path constraint has one label, and constraints after the slew back have no
+    label of the maneuvers.
+    """
+    scenario = Scenario.from_dict(
+        {
+            "preset": "cubesat_6u",
+            "duration": 1200.0,
+            "step": 2.0,
+            "maneuvers": {"count": 1, "slew_back": True, "end_tolerance_deg": 5.0},
+            "path_constraints": [
+                {"name": "camera", "boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0}
+            ],
+        }
+    )
+    table = SECTIONS["constraints"].table(ManeuverPlan(scenario, (0.5, 0.2, 0.1, 200.0)))
+    during = table["during"]
+    assert during.loc["Sun off camera minus 3 sigma"].tolist() == ["maneuvers", "slew back"]
+    assert during.drop("Sun off camera minus 3 sigma").tolist() == ["after slew back"]

@@ -42,10 +42,11 @@ def test_comparison_of_runs_has_both_fronts_and_metrics(folders, tmp_path):
     html = build_comparison_html(*folders)
     assert ["seed", "1", "2"] in list_rows(html)
     fronts = [read_run(folder).outcome.F for folder in folders]
-    assert ["solutions", *(str(len(F)) for F in fronts)] in list_rows(html)
+    assert ["solutions on the front", *(str(len(F)) for F in fronts)] in list_rows(html)
     (mass,) = (row for row in list_rows(html) if row[0] == "mass [kg]" and len(row) == 4)
     assert float(mass[3]) == pytest.approx(float(mass[2]) / float(mass[1]), rel=1e-2)
-    assert html.count("<h3>Solution</h3>") == 2
+    assert "<h3>Solution: run</h3>" in html
+    assert "<h3>Solution: other</h3>" in html
     assert Page(html).loading == []
     out = tmp_path / "both.html"
     done = mgeo("report", *folders, "--out", out, "--json")

@@ -1,10 +1,13 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
 from mgeo.studies.conclusions import (
+    build_test_table,
     compare_with_rivals,
     format_conclusions,
     format_control_table,
@@ -12,8 +15,10 @@ from mgeo.studies.conclusions import (
     list_warnings,
     summarize_study,
 )
+from mgeo.studies.study_file import parse_study
 from mgeo.studies.summary_tables import (
     build_behind_table,
+    build_budget_table,
     build_rank_table,
     build_result_table,
 )
@@ -91,6 +96,12 @@ def test_p_values_of_control_are_corrected_for_its_pairs_only():
     assert table["hypervolume: A"].tolist() == ["0.000", f"{1.5 / 9:.3f}"]
     assert table["IGD+: p (Holm)"].tolist() == ["0.2", f"{p_tied:.2g}"]
     assert table.index.name == "B against"
+    tests = build_test_table(result, "B").query("indicator == 'hypervolume'")
+    own = tests.set_index(["a", "b"])["p_holm_control"]
+    assert own["A_1", "B"] == rows["p_holm"]["A_1"]
+    assert own["B", "C"] == rows["p_holm"]["C"]
+    assert np.isnan(own["A_1", "C"])
+    assert "p_holm_control" not in build_test_table(result)
 
 
 def build_three_problems():
@@ -121,6 +132,32 @@ def test_study_summary_counts_significant_differences_over_problems():
     assert behind.table.reset_index().to_numpy().tolist()[0][:3] == ["three", "A", "0.00"]
 
 
+def test_note_of_ranks_says_if_no_difference_can_be_significant():
+    """With three problems and two rivals, the exact p value is at least 2 * 2 / 2**3."""
+    comparisons = build_three_problems()
+    summary = summarize_study(comparisons, "C")
+    assert summary.ranks["p_holm"].min() >= 0.5
+    assert "p is at least 0.5" in build_rank_table(comparisons, summary).note
+    many = {f"{name} {i}": c for i in range(3) for name, c in comparisons.items()}
+    assert "at least" not in build_rank_table(many, summarize_study(many, "C")).note
+
+
+@pytest.mark.parametrize(("sizes", "columns"), [([0], 2), ([0, 5, 10], 4)])
+def test_table_of_average_ranks_has_few_budgets(sizes, columns):
+    keys = [(size, n, name) for size in sizes for n in range(20, 1001, 20) for name in "ba"]
+    ranks = pd.DataFrame(keys, columns=["variables", "evaluations", "algorithm"])
+    ranks["problems"] = 6
+    ranks["average_rank"] = ranks["algorithm"].map({"a": 2.0, "b": 1.0})
+    ranks["p_holm"] = ranks["algorithm"].map({"a": 0.2, "b": np.nan})
+    text = 'title = ""\nevaluations = 1000\nseeds = 1\nproblems = [{name = "pymoo:zdt1"}]\n'
+    study = parse_study(f'{text}algorithms = [{{name = "nsga2"}}]', Path())
+    table = build_budget_table(ranks, study).table.reset_index()
+    assert table.shape == (5 * len(sizes), 1 + columns)
+    assert table["evaluations"].iloc[-1] == "1,000"
+    assert list(table.columns[-2:]) == ["b", "a"]
+    assert set(table["a"]) == {"2.00*"}
+
+
 def test_study_without_control_is_summarized_for_the_best_algorithm():
     comparisons = build_three_problems()
     del comparisons["three"]
@@ -142,6 +179,28 @@ def test_equal_notes_of_several_problems_are_listed_once():
     assert "3 seeds" in few_seeds
     assert len(failures) == 2
     assert "1 of 6 runs failed" in failures[0]
+
+
+@pytest.mark.parametrize(
+    ("n_seeds", "n_algorithms", "control", "is_warned"),
+    [
+        (3, 2, None, True),  # The smallest p value is 2 / 20.
+        (4, 2, None, False),  # 2 / 70
+        (5, 13, "A0", True),  # 12 pairs of the control: 12 * 2 / 252
+        (6, 13, "A0", False),
+        (6, 13, None, True),  # 78 pairs: 78 * 2 / 924
+        (7, 13, None, False),
+    ],
+)
+def test_warning_of_few_seeds_accounts_for_the_number_of_pairs(
+    n_seeds, n_algorithms, control, is_warned
+):
+    values = {f"A{i}": i + np.arange(n_seeds) / 100 for i in range(n_algorithms)}
+    comparison = replace(build_final_comparison(values), runs=build_comparison().table.iloc[:0])
+    comparison = replace(comparison, runs=comparison.runs.assign(status="", error=""))
+    rivals = compare_with_rivals(comparison, "A0", is_control=control is not None)
+    assert (rivals["p_holm"].min() >= 0.05) == is_warned
+    assert bool(list_warnings({"one": comparison}, control)) == is_warned
 
 
 def test_result_table_is_sorted_by_rank():

@@ -73,7 +73,11 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
     with pytest.raises(FileNotFoundError, match="no comparison of one problem: see read_compar"):
         read_comparison(out)
     page = (out / "zdt1" / "report.html").read_text()
-    for part in ("<h1>Two &lt;problems&gt;</h1>", "<p>First.</p>", "<p>Second &amp; last.</p>"):
+    for part in (
+        "<h1>Two &lt;problems&gt;: zdt1</h1>",
+        "<p>First.</p>",
+        "<p>Second &amp; last.</p>",
+    ):
         assert part in page
     assert page.count("Plotly.newPlot(") >= 6
     heading = "<h2>Comparison of nsga2 10 with every other algorithm</h2>"
@@ -82,7 +86,12 @@ def test_study_of_two_problems_writes_all_files(tmp_path):
         assert f">{name}</th>" in control_table
     link_pattern = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
     assert set(re.findall(link_pattern, page)) == {"../plotly.min.js"}
-    assert set(re.findall(link_pattern, (out / "report.html").read_text())) == {"plotly.min.js"}
+    study_page = (out / "report.html").read_text()
+    assert set(re.findall(link_pattern, study_page)) == {"plotly.min.js"}
+    pages = re.findall(r"<a href=\"([^\"]*\.html)\"", study_page)
+    assert pages == ["zdt1/report.html", "dtlz2/report.html"]
+    assert '<a href="../report.html">' in page
+    assert "p_holm_control" in pd.read_csv(out / "zdt1" / "tests.csv")
 
 
 @pytest.mark.parametrize(

@@ -49,17 +49,24 @@ Pick = Annotated[
     str | None,
     typer.Option(
         metavar="knee|min-time|min-trace",
-        help="Solution of the run: knee of the front, least t_end, or least trace [default: knee].",
+        help="Plan of the run folder: knee of the front, shortest plan, or plan with the smallest "
+        "trace of the covariance [default: knee].",
         autocompletion=complete_from(("knee", "min-time", "min-trace")),
     ),
 ]
 Time = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", help="Solution of the run with the nearest t_end."),
+    typer.Option(
+        metavar="SECONDS", help="Plan of the run folder whose end is nearest to this time."
+    ),
 ]
 Solution = Annotated[
     int | None,
-    typer.Option(metavar="N", help="Number of the solution, as shown in reports."),
+    typer.Option(
+        metavar="N",
+        help="Plan of the run folder with this number, which `mgeo solve` and reports print: its "
+        "row in front.csv, counted from 0.",
+    ),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
@@ -80,9 +87,9 @@ def show(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Section to print, repeatable: "
+            help="Section to print; can be repeated: "
             + ", ".join(SECTION_KEYS)
-            + " [default: the first five].",
+            + f" [default: {', '.join(FIRST_PAGE)}].",
             autocompletion=complete_from(SECTION_KEYS),
         ),
     ] = None,

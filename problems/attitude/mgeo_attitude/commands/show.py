@@ -17,7 +17,7 @@ from mgeo_attitude.plan.figures import build_plan_figures
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.summary import list_warnings, warn_of_late_convergence
 from mgeo_attitude.plan.tables import SECTIONS, build_review, build_sections
-from mgeo_attitude.plan_sections import SECTION_KEYS, SUMMARY
+from mgeo_attitude.plan_sections import SECTION_CONTENTS, SUMMARY
 
 if TYPE_CHECKING:
     from mgeo_attitude.documents import PlanSummary
@@ -44,9 +44,11 @@ def print_plan(selected: SelectedPlan, keys: Collection[str], output: Output) ->
         if sections:
             output.print("")
     output.print_sections(*sections)
-    others = [key for key in SECTION_KEYS if key not in keys]
-    if others:
-        output.print_text("", f"Other sections: {', '.join(others)}. Use --section NAME, or --all.")
+    others = {key: text for key, text in SECTION_CONTENTS.items() if key not in keys}
+    if SUMMARY in keys and others:
+        output.print("")
+        output.print_title("Other sections (--section NAME, or --all)")
+        output.print_pairs(others)
 
 
 def build_plan_document(selected: SelectedPlan, keys: Collection[str]) -> dict[str, Any]:

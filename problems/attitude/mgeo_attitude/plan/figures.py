@@ -61,7 +61,7 @@ def _draw_uncertainty_by_phase(plan: ManeuverPlan) -> go.Figure:
             customdata=worst[:, index],
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
-    subtitle = "1-sigma of the worst body axis at the end of each phase"
+    subtitle = "1-sigma of the worst body axis at the end of each maneuver"
     apply_style(figure, "Uncertainty reduction", subtitle + format_nominal_suffix(plan.scenario))
     figure.update_layout(hovermode="x unified", height=460)
     return figure.update_yaxes(
@@ -88,7 +88,8 @@ def _draw_error_budget(plan: ManeuverPlan) -> go.Figure:
         )
     subtitle = "share of each error source in the variance of the worst body axis"
     apply_style(figure, "Error budget", subtitle + format_nominal_suffix(plan.scenario))
-    figure.update_layout(barmode="stack", height=320 + 30 * len(table.columns))
+    height = 320 + 30 * len(table.columns)
+    figure.update_layout(barmode="stack", height=height, legend_traceorder="normal")
     figure.update_yaxes(autorange="reversed", title_text="")
     return figure.update_xaxes(range=[0.0, 100.0], title_text="share of the variance [%]")
 
@@ -100,10 +101,7 @@ def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
             x=table.columns,
             y=table.index,
             z=table,
-            zmin=-1.0,
-            zmax=1.0,
-            colorscale=[COLORS[0], "#ffffff", COLORS[1]],
-            colorbar={"title": {"text": "correlation"}, "outlinewidth": 0},
+            coloraxis="coloraxis",
             xgap=1,
             ygap=1,
             hovertemplate="%{y} and %{x}: %{z:.3f}<extra></extra>",
@@ -112,7 +110,14 @@ def _draw_correlation(plan: ManeuverPlan) -> go.Figure:
     apply_style(
         figure,
         "Correlation of the errors",
-        "the difference or sum of strongly correlated errors is known better than either error",
+        "orange: positive, blue: negative; only the sum or the difference of strongly correlated "
+        "errors is well observable",
+    )
+    figure.update_coloraxes(
+        cmin=-1.0,
+        cmax=1.0,
+        colorscale=[COLORS[0], "#ffffff", COLORS[1]],
+        colorbar={"title": {"text": "correlation"}, "outlinewidth": 0},
     )
     figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
     figure.update_xaxes(tickangle=-60, showgrid=False)

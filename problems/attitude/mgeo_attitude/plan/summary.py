@@ -21,13 +21,14 @@ def describe_plan(plan: ManeuverPlan) -> list[str]:
 
 def _describe_accuracy(plan: ManeuverPlan) -> list[str]:
     attitude = plan.accuracy.iloc[0]
+    in_runs = f"{attitude['90 % of runs']:.2g} deg or less"
     sentences = [
         f"The predicted attitude accuracy is {attitude['predicted']:.2g} deg (1-sigma, worst "
-        f"body axis), and at most {attitude['90 % of runs']:.2g} deg in 90 % of Monte Carlo runs."
+        f"body axis). In 90 % of Monte Carlo runs, the 1-sigma is {in_runs}."
     ]
     if "ratio" in attitude:
         sentences.append(
-            f"The predicted value is {attitude['ratio']:.3g} times the lower bound for any "
+            f"The predicted 1-sigma is {attitude['ratio']:.3g} times the lower bound for any "
             "maneuver of this duration."
         )
     return sentences
@@ -37,7 +38,7 @@ def _describe_hold(plan: ManeuverPlan) -> list[str]:
     if plan.hold_end <= plan.t_end:
         return []
     time = format_duration(plan.hold_end)
-    return [f"The last rates are held until the robust convergence time, {time}."]
+    return [f"The last rates are held until {time}, for Monte Carlo runs that converge later."]
 
 
 def _describe_constraints(plan: ManeuverPlan) -> list[str]:
@@ -57,8 +58,8 @@ def list_warnings(plan: ManeuverPlan) -> list[str]:
     lines = []
     if errors:
         lines.append(
-            f"More than half of the initial 1-sigma remains of {', '.join(errors)}. Plans that "
-            "converge later reduce these errors further."
+            f"More than half of the initial 1-sigma remains of {', '.join(errors)}. "
+            "Longer plans reduce these errors further."
         )
     return [*lines, *plan.scenario.assumptions]
 
@@ -72,7 +73,8 @@ def warn_of_late_convergence(plan: ManeuverPlan) -> list[str]:
         return []
     event = "slew back begins" if plan.slew_back else "commands end"
     time = format_duration(plan.t_end)
-    text = f"The {event} after {time}, before 90 % of Monte Carlo runs converge."
+    verb = "satisfy required_sigma" if plan.problem.model.rule == "required" else "converge"
+    text = f"The {event} after {time}, before 90 % of Monte Carlo runs {verb}."
     # With magnetorquers, the body rotates freely after the last maneuver.
     is_free = plan.slew_back or plan.scenario.is_magnetorquer_driven
     if is_free or math.isinf(monte_carlo_t_end):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from mgeo._text import format_duration
 from mgeo.plugins.review import Review, Section
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.filter.error_budget import GYRO_NOISE
@@ -19,12 +20,14 @@ from mgeo_attitude.plan.summary import describe_plan, list_warnings
 from mgeo_attitude.plan_sections import FIRST_PAGE, SECTION_KEYS, SUMMARY
 from mgeo_attitude.view.margins import INTERVALS_AFTER_CONVERGENCE
 from mgeo_attitude.view.observability.error_budget import TOTAL
+from mgeo_attitude.view.observability.improvements import EXTRA_DURATION_PREFIX, UNCHANGED
 from mgeo_attitude.view.overview import build_maneuver_table
 from mgeo_attitude.view.satellite import build_instrument_table, describe_satellite
-from mgeo_attitude.view.summaries import format_nominal_suffix
 
 #: Length of a time stamp without fractions of a second.
 _STAMP_LENGTH = 19
+#: Part of the labels of constraints that apply after the slew back.
+_AFTER_SLEW_BACK = " after the slew back"
 #: Number of least observable directions.
 _N_DIRECTIONS = 5
 
@@ -95,14 +98,23 @@ def build_review(plan: ManeuverPlan) -> Review:
 
 
 def _build_constraint_table(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return the table of `ManeuverPlan.build_constraint_table` with the phase of each row."""
+    """Return the table of `ManeuverPlan.build_constraint_table` with the part of the plan in which
+    each constraint is evaluated.
+    """
     table = plan.build_constraint_table().reset_index()
-    phase = pd.Series("maneuvers", table.index)
+    during = pd.Series("maneuvers", table.index)
     for interval in INTERVALS_AFTER_CONVERGENCE:
         is_after = table["constraint"].str.endswith(f" {interval}")
-        phase[is_after] = interval.removeprefix("in the ").replace(HOLD_LABEL, "hold")
+        during[is_after] = interval.removeprefix("in the ").replace(HOLD_LABEL, "hold")
         table["constraint"] = table["constraint"].str.removesuffix(f" {interval}")
-    table.insert(1, "phase", phase)
+    is_final = table["constraint"].str.contains(_AFTER_SLEW_BACK, regex=False)
+    during[is_final] = _AFTER_SLEW_BACK.replace(" the", "").strip()
+    table["constraint"] = (
+        table["constraint"]
+        .str.replace(_AFTER_SLEW_BACK, "", regex=False)
+        .replace({each.label: each.bound_label for each in plan.scenario.path_constraints})
+    )
+    table.insert(1, "during", during)
     return table.set_index("constraint")
 
 
@@ -113,8 +125,8 @@ def _select_constraint_columns(table: pd.DataFrame) -> pd.DataFrame:
     columns = table[["unit", "value"]].assign(bound=bounds, margin=table["margin"])
     if not table["satisfied"].all():
         columns["result"] = result
-    if table["phase"].nunique() > 1:
-        columns.insert(0, "phase", table["phase"])
+    if table["during"].nunique() > 1:
+        columns.insert(0, "during", table["during"])
     return columns
 
 
@@ -124,14 +136,15 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
     text = "Margin: distance from the bound; negative if the constraint is violated."
     if any(each.attitude_sigmas for each in plan.scenario.path_constraints):
         text += (
-            ' "less 3 sigma" and "plus 3 sigma": the angle is reduced or increased by three '
+            ' "minus 3 sigma" and "plus 3 sigma": the angle is reduced or increased by three '
             "times the attitude 1-sigma."
         )
     errors = plan.scenario.monte_carlo
     if errors is not None:
         text += (
-            f" Values of maneuvers hold in {100.0 * errors.constraint_share:.0f} % of "
-            f"{errors.n_runs} Monte Carlo runs."
+            f" During the maneuvers, {100.0 * errors.constraint_share:.0f} % of {errors.n_runs} "
+            "Monte Carlo runs have this value or a more favorable one. Hold and slew back are "
+            "evaluated in the nominal run."
         )
     return text
 
@@ -139,7 +152,7 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
 def _build_timeline(plan: ManeuverPlan) -> pd.DataFrame:
     table = build_maneuver_table(plan.view)
     starts = format_time_stamps(plan.scenario.epoch, table["start [s]"].to_numpy())
-    return table.assign(**{"start UTC": starts}).rename_axis("phase")
+    return table.assign(**{"start UTC": starts})
 
 
 def _format_timeline(table: pd.DataFrame) -> pd.DataFrame:
@@ -151,14 +164,19 @@ def _describe_timeline(plan: ManeuverPlan) -> str:
     (epoch,) = format_time_stamps(plan.scenario.epoch, np.zeros(1))
     text = (
         f"Start: time after {epoch[:_STAMP_LENGTH]} UTC. ω: commanded body rates. Angle: "
-        "accumulated rotation. Largest reduction: quantity whose 1-sigma decreases by the largest "
-        "factor."
+        "accumulated rotation. Last columns: quantity whose 1-sigma the maneuver reduces most, and "
+        "the factor."
     )
     labels = [phase.label for phase in plan.phases]
     if any(label.startswith(RAMP_PREFIX) for label in labels):
-        text += " A maneuver begins with the ramp to its rates."
+        text += " The duration includes the ramp to the rates."
+    maneuvers = {
+        label for name in labels if "maneuver" in (label := name.removeprefix(RAMP_PREFIX))
+    }
+    if len(maneuvers) < plan.scenario.maneuvers.count:
+        text += " Maneuvers without duration are omitted."
     if any(label.startswith(HOLD_LABEL) for label in labels):
-        text += " Hold: the last rates are held."
+        text += " Hold: the satellite keeps the last rates."
     return text
 
 
@@ -166,11 +184,13 @@ def _describe_accuracy(plan: ManeuverPlan) -> str:
     predicted = (
         "root mean square of 200 Monte Carlo runs"
         if plan.scenario.is_magnetorquer_driven
-        else "from the filter's covariance"
+        else "nominal run, without random errors"
     )
     text = (
-        f"1-sigma about the worst body axis. Predicted: {predicted}. 90 % of runs: not exceeded in "
-        "90 % of 200 Monte Carlo runs."
+        "1-sigma about the worst body axis, before the plan and after "
+        f"{format_duration(plan.t_end)}. Predicted: {predicted}. 90 % of runs: not exceeded in "
+        f"90 % of {plan.view.n_monte_carlo_runs} Monte Carlo runs with random errors of attitude "
+        "and rates."
     )
     if "lower bound" in plan.accuracy:
         text += " Lower bound: for any maneuver of this duration. Ratio: predicted / lower bound."
@@ -188,8 +208,16 @@ def _build_axes_table(plan: ManeuverPlan) -> pd.DataFrame:
     return pd.DataFrame(columns, pd.Index(names, name="quantity"))
 
 
-def _name_run(plan: ManeuverPlan) -> str:
-    return " in the nominal run" if format_nominal_suffix(plan.scenario) else ""
+def _describe_run(plan: ManeuverPlan) -> str:
+    """Return a sentence on the run in which a section evaluates the plan, or an empty string if the
+    run is the one that predicts the accuracy and no other run is shown.
+    """
+    if plan.scenario.is_magnetorquer_driven:
+        return (
+            " The values apply without initial attitude error, which changes the motion of a "
+            "satellite with magnetorquers. The predicted accuracy includes this error."
+        )
+    return " The values are those of the nominal run." if plan.scenario.monte_carlo else ""
 
 
 def _select_axes_columns(table: pd.DataFrame) -> pd.DataFrame:
@@ -209,6 +237,12 @@ def _compute_budget_shares(table: pd.DataFrame) -> pd.DataFrame:
     return _format_columns(shares, "", "{:.1f}")
 
 
+def _name_halved_sources(table: pd.DataFrame) -> pd.DataFrame:
+    """Mark the rows with half of an error source, which have the name of the source."""
+    others = (UNCHANGED, EXTRA_DURATION_PREFIX)
+    return table.rename(index=lambda name: name if name.startswith(others) else f"half {name}")
+
+
 def _format_times(table: pd.DataFrame) -> pd.DataFrame:
     """Convert the columns of times to text, because times are not rounded to three digits."""
     return _format_columns(table, r"\[s\]$", "{:.6g}")
@@ -220,17 +254,18 @@ def _format_columns(table: pd.DataFrame, pattern: str, template: str) -> pd.Data
     return table.assign(**{name: table[name].map(template.format) for name in names})
 
 
-def _select_phase_columns(table: pd.DataFrame) -> pd.DataFrame:
+def _select_reduction_columns(table: pd.DataFrame) -> pd.DataFrame:
     """Replace the three columns x, y and z of each error by their largest value."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     first = table[["time [s]", "contribution [%]"]].set_axis(["end [s]", "share [%]"], axis=1)
-    return _format_times(first.join(errors.max().T)).rename_axis("phase")
+    return _format_times(first.join(errors.max().T))
 
 
 def _select_attitude_columns(table: pd.DataFrame) -> pd.DataFrame:
     quaternion = [f"end q{part}" for part in "123c"]
     ends = table["end UTC"].str[:_STAMP_LENGTH]
-    return table.assign(**{"end UTC": ends}).set_index("phase")[["end UTC", *quaternion]]
+    shown = table.assign(**{"end UTC": ends}).set_index("phase")[["end UTC", *quaternion]]
+    return shown.rename_axis("maneuver")
 
 
 def _build_comparison_table(plan: ManeuverPlan) -> pd.DataFrame:
@@ -259,11 +294,23 @@ def _describe_lower_bound(plan: ManeuverPlan) -> str:
 
 
 def _build_monte_carlo_table(plan: ManeuverPlan) -> pd.DataFrame:
-    return plan.compare_with_monte_carlo().set_axis(["predicted", "90 % of runs", "ratio"], axis=1)
+    table = plan.compare_with_monte_carlo().rename(index=plan.view.format_title)
+    return table.set_axis(["predicted", "90 % of runs", "ratio"], axis=1)
 
 
 def _describe_monte_carlo(plan: ManeuverPlan) -> str:
-    text = "90 % of runs: not exceeded in 90 % of 200 Monte Carlo runs with random errors."
+    errors = plan.scenario.monte_carlo
+    text = "Predicted: nominal run, without random errors."
+    if errors is not None:
+        runs = f"the {errors.n_runs} Monte Carlo runs of the search"
+        text = f"Predicted: value that {100.0 * errors.quantile:g} % of {runs} do not exceed."
+        if errors.mean:
+            text = f"Predicted: mean over {runs}."
+    other = "other " if errors else ""
+    text += (
+        f" 90 % of runs: value that 90 % of {plan.view.n_monte_carlo_runs} {other}Monte Carlo runs "
+        "do not exceed."
+    )
     if np.isinf([plan.view.monte_carlo_t_end, plan.view.robust_t_end]).any():
         longest = plan.problem.model.duration
         text += f" A time of {longest:.6g} s means that the filter does not converge."
@@ -293,23 +340,28 @@ SECTIONS = {
         "Accuracy drivers",
         ManeuverPlan.find_error_drivers,
         lambda plan: (
-            "Largest error sources of the 1-sigma about the worst body axis"
-            f"{_name_run(plan)}, with their share of the variance. If halved: 1-sigma that the "
-            "same maneuvers give with half of the error source."
+            "Error sources with the largest share of the variance about the worst body axis. If "
+            "halved: 1-sigma after the same maneuvers if this noise, drift or initial error is "
+            f"half as large.{_describe_run(plan)}"
         ),
+        lambda table: table.rename(columns={"predicted": "1-sigma"}),
     ),
     "axes": PlanSection(
         "Accuracy about each body axis",
         _build_axes_table,
-        lambda plan: "1-sigma about body x, y and z before the plan, and predicted after it.",
+        lambda plan: (
+            "1-sigma about body x, y and z, before the plan and predicted after "
+            f"{format_duration(plan.t_end)}."
+        ),
         _select_axes_columns,
     ),
     "budget": PlanSection(
         "Error budget",
         ManeuverPlan.compute_error_budget,
         lambda plan: (
-            "Share of each error source in the variance of the worst body axis at convergence, "
-            f"with the gains of the filter. {GYRO_NOISE.capitalize()}: angle random walk."
+            "Share of each error source in the variance of the worst body axis after "
+            f"{format_duration(plan.t_end)}. {GYRO_NOISE.capitalize()}: angle random walk."
+            f"{_describe_run(plan)}"
         ),
         _compute_budget_shares,
     ),
@@ -317,19 +369,22 @@ SECTIONS = {
         "Possible improvements",
         ManeuverPlan.evaluate_improvements,
         lambda plan: (
-            "1-sigma of the worst body axis if the error source in the row were halved, or if the "
-            "plan were longer: with more time at the last rate or with a rotation about a body "
-            "axis. Constraints are not evaluated."
+            "1-sigma about the worst body axis after one change. Half: this noise, drift or "
+            "initial error is half as large. 300 s more: the plan continues at the last rates, or "
+            "with a rotation about a body axis. Constraints are not evaluated."
+            f"{_describe_run(plan)}"
         ),
+        _name_halved_sources,
     ),
-    "phases": PlanSection(
-        "Uncertainty reduction by phase",
-        lambda plan: plan.compute_uncertainty_by_phase().rename_axis("phase"),
+    "reduction": PlanSection(
+        "Uncertainty reduction by maneuver",
+        lambda plan: plan.compute_uncertainty_by_phase().rename_axis("maneuver"),
         lambda plan: (
-            "1-sigma of the worst body axis at the end of each phase. Share: contribution of the "
-            "phase to the total decrease of the logarithm of the trace."
+            "1-sigma about the worst body axis at the end of each maneuver. Share: contribution of "
+            "the maneuver to the total decrease of the logarithm of the trace."
+            f"{_describe_run(plan)}"
         ),
-        _select_phase_columns,
+        _select_reduction_columns,
     ),
     "directions": PlanSection(
         "Least observable directions",
@@ -344,17 +399,17 @@ SECTIONS = {
     ),
     "measurements": PlanSection(
         "Measurement times",
-        lambda plan: plan.compute_measurement_times().rename_axis("phase"),
-        lambda plan: "Time in each phase during which the sensor provides measurements.",
+        lambda plan: plan.compute_measurement_times().rename_axis("maneuver"),
+        lambda plan: "Time in each maneuver during which the sensor provides measurements.",
         _format_times,
     ),
     "comparison": PlanSection(
         "Comparison with simple maneuvers",
         _build_comparison_table,
         lambda plan: (
-            "1-sigma of the worst body axis after the same time for maneuvers that need no "
+            "1-sigma about the worst body axis after the same time, for maneuvers that need no "
             "optimization, such as a rotation about one body axis after the other. Trace ratio: "
-            "trace over the trace of the plan."
+            f"trace divided by the trace of the plan.{_describe_run(plan)}"
         ),
         _select_comparison_columns,
     ),
@@ -372,8 +427,8 @@ SECTIONS = {
         "Attitudes",
         ManeuverPlan.build_timeline,
         lambda plan: (
-            "Quaternion of the rotation from GCRF to body axes at the end of each phase, scalar "
-            "part qc last."
+            "Quaternion of the rotation from GCRF to body axes at the end of each maneuver, with "
+            "the scalar part qc last."
         ),
         _select_attitude_columns,
     ),

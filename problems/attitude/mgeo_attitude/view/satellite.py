@@ -182,7 +182,8 @@ def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
     errors: dict[str, list[str]] = {}
     for name, unit, values in zip(suite.blocks, list_block_units(suite), sigma, strict=True):
         owner, _, error = name.rpartition(".")
-        text = f"{error.replace('_', ' ')} {values.max() * unit.factor:.3g} {unit.unit}"
+        value = float(f"{values.max() * unit.factor:.3g}")  # Without an exponent, as in 3230 nT.
+        text = f"{error.replace('_', ' ')} {value:g} {unit.unit}"
         errors.setdefault(owner, []).append(text.removesuffix(" -"))
     rows = {}
     instruments: list[tuple[str, Any]] = [("gyro", suite.gyro)]

@@ -96,7 +96,7 @@ def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
         if name == "attitude" or name.endswith(".bias"):
             parts.append(f"{block.label} {format_two_digits(worst * block.factor)} {block.unit}")
     source = " of Monte Carlo runs" if is_monte_carlo else ""
-    return f"{', '.join(parts)} (1-sigma{source}, worst body axis)"
+    return f"predicted {', '.join(parts)} (1-sigma{source}, worst body axis)"
 
 
 def format_nominal_suffix(scenario: Scenario) -> str:

@@ -22,8 +22,6 @@ from mgeo_calibration.estimation.residuals import History
 
 #: Approximate number of points per line; more cannot be distinguished.
 N_POINTS = 1500
-#: Legend above the plot, where narrow screens have space.
-_LEGEND = {"orientation": "h", "x": 0.0, "y": 1.02, "yanchor": "bottom"}
 
 
 def draw_calibration_figures(
@@ -93,9 +91,13 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
         if not len(each.samples):
             continue
         pieces = np.array_split(np.arange(len(each.samples)), min(60, len(each.samples)))
+        times = np.array([history.times[each.samples[piece]].mean() for piece in pieces])
+        values = np.array([(each.whitened_values[piece] ** 2).mean() for piece in pieces])
+        steps = np.diff(times)
+        gaps = np.flatnonzero(steps > 3.0 * np.median(steps)) + 1  # such as an eclipse
         figure.add_scatter(
-            x=[float(history.times[each.samples[piece]].mean()) for piece in pieces],
-            y=[float((each.whitened_values[piece] ** 2).mean()) for piece in pieces],
+            x=np.insert(times, gaps, np.nan),
+            y=np.insert(values, gaps, np.nan),
             name=name,
             mode="lines+markers",
             line=build_line_style(number),
@@ -108,8 +110,8 @@ def _plot_innovations(names: Sequence[str], history: History) -> go.Figure:
         "mean per component over consecutive readings; 1 if readings scatter as declared",
     )
     figure.add_hline(y=1.0, line={"color": GRAY, "width": 1})
-    figure.update_layout(height=420, legend=_LEGEND)
-    figure.update_xaxes(title_text="time after the epoch [s]")
+    figure.update_layout(height=420)
+    figure.update_xaxes(title_text="time after the epoch [s]", tickformat=",d")
     return figure.update_yaxes(title_text="NIS per component [-]")
 
 
@@ -134,8 +136,8 @@ def _plot_attitude(history: History) -> go.Figure:
             hovertemplate=f"{name} %{{y:.4g}} deg at %{{x:.0f}} s<extra></extra>",
         )
     apply_style(figure, "Attitude accuracy", "1-sigma about the worst body axis")
-    figure.update_layout(height=420, legend=_LEGEND)
-    figure.update_xaxes(title_text="time after the epoch [s]")
+    figure.update_layout(height=420)
+    figure.update_xaxes(title_text="time after the epoch [s]", tickformat=",d")
     return figure.update_yaxes(
         build_log_axis_layout(np.concatenate(drawn)), title_text="attitude 1-sigma [deg]"
     )

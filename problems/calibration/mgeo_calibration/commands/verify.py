@@ -12,13 +12,13 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.summary import list_warnings
 from mgeo_attitude.plan.tables import SECTIONS
+from mgeo_attitude.view.summaries import describe_ends
 
 from mgeo._text import format_duration, format_two_digits
 from mgeo.plugins.review import Section, build_records
 from mgeo.terminal import Output
 from mgeo_calibration.calibration.corrections import format_label
-from mgeo_calibration.commands.fly import build_comparison_section
-from mgeo_calibration.simulators.plan_comparison import format_gyro_guidance
+from mgeo_calibration.simulators.plan_comparison import VIOLATED_COLUMN, format_gyro_guidance
 from mgeo_calibration.verification import (
     FILTER_RATIO,
     PREDICTED_RATIO,
@@ -42,8 +42,8 @@ def print_verification(
     *,
     has_all_axes: bool,
 ) -> None:
-    """Print the verdict, suggestions, error table and constraint violations of a verification, the
-    written file and the next command.
+    """Print the verdict, suggestions, error table and constraint violations of a verification, and
+    the written file.
 
     Parameters
     ----------
@@ -62,21 +62,21 @@ def print_verification(
         output.print_title(
             f"The plan violates constraints of its scenario: {'; '.join(violations)}."
         )
-    output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
+    (end,) = describe_ends(plan.view)
+    name = f"{picked.name[0].upper()}{picked.name[1:]}"
+    output.print_text(f"{name}, scenario {plan.scenario.name}. {end}.")
     output.print_warnings(list_warnings(plan))
     suggestions = tuple(f"- {line}" for line in list_suggestions(plan, verification))
     sections = [Section("Suggestions", suggestions)] if suggestions else []
     output.print("")
     output.print_sections(*sections, *build_sections(plan, verification, has_all_axes=has_all_axes))
     output.print_files({str(target): "result, which `mgeo report` shows"} if target else {})
-    output.print_commands({} if has_all_axes else {"Print every axis": "add --all"})
 
 
 def build_sections(
     plan: ManeuverPlan, verification: Verification, *, has_all_axes: bool
 ) -> list[Section]:
-    """Return the tables of a verification: errors, objectives, path constraints and gyro-based
-    guidance.
+    """Return the tables of a verification: errors, path constraints and gyro-based guidance.
 
     Parameters
     ----------
@@ -85,43 +85,40 @@ def build_sections(
     has_all_axes : bool
         Whether the errors are those of every axis, or of the worst axis of each quantity.
     """
-    axes = "every axis" if has_all_axes else "axis with the largest ratio of each quantity"
+    n_runs, guidance = verification.n_runs, verification.gyro_guidance
     states = verification.table.index if has_all_axes else verification.find_worst_axes()
+    axes = (
+        "" if has_all_axes else " The axis with the largest ratio is shown; --all shows all axes."
+    )
     sections = [
         Section(
-            f"Errors after {format_duration(plan.t_end)}, {axes}",
+            f"Estimation errors after {format_duration(plan.t_end)}, in {n_runs} Monte Carlo runs",
             table=_build_error_table(verification, list(states)),
-            note="rms / filter 1-sigma: relative to the 1-sigma that the filter reports. Threshold "
-            f"of both ratios: {verification.max_ratio:.2f}. All states together have a normalized "
-            f"estimation error squared (NEES) of {verification.nees:.3f}, threshold "
-            f"{verification.max_nees:.3f}. {describe_power(verification)}",
-        ),
-        Section(
-            "Objectives",
-            table=_build_objective_table(plan.compare_with_monte_carlo()),
-            note="Monte Carlo: not exceeded in 90 % of 200 other runs, with the errors of "
-            "[monte_carlo].",
+            note="rms error: root mean square over the runs. Filter 1-sigma: reported by the "
+            f"filter in each run. Both ratios pass up to {verification.max_ratio:.2f}.{axes}\n"
+            "All states together: the normalized estimation error squared (NEES) per state is "
+            f"{verification.nees:.2f}; 1 is expected, and up to {verification.max_nees:.2f} "
+            f"passes.\n{describe_power(verification)}",
         ),
     ]
     if len(verification.path_constraints):
         sections.append(
             Section(
-                "Violations of path constraints, percentage of runs and of time",
-                table=verification.path_constraints.rename(
-                    columns=lambda name: name.replace(":", "")
-                ),
-                note="Steered: a controller follows the plan with the estimated attitude. Open "
-                "loop: the planned rates are executed exactly.",
+                "Violations of path constraints in these runs",
+                table=_build_violation_table(verification.path_constraints),
+                note="Steered: a controller holds the estimated attitude on the plan. Open loop: "
+                "the planned rates are executed exactly, and the initial attitude error remains.",
             )
         )
-    if len(verification.gyro_guidance):
-        sections.append(
-            build_comparison_section(
-                "Monte Carlo runs with gyro-based guidance",
-                verification.gyro_guidance,
-                format_gyro_guidance(verification.gyro_guidance)[0],
-            )
+    if len(guidance):
+        note = (
+            "A controller follows the plan with an attitude that is integrated from the gyro and "
+            "begins with the initial attitude error. These runs have no part in the verdict. "
+            f"maneuvers.max_rate_deg_s = {plan.scenario.maneuvers.max_rate_deg_s:g} limits the "
+            "rate of the plan about each axis."
         )
+        title = f"Motion with gyro-based guidance, in {n_runs} other Monte Carlo runs"
+        sections.append(Section(title, table=_build_guidance_table(guidance), note=note))
     return sections
 
 
@@ -140,10 +137,28 @@ def _build_error_table(verification: Verification, states: list[str]) -> pd.Data
     )
 
 
-def _build_objective_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the comparison of objectives with short column titles."""
-    shown = table.rename_axis("objective")
-    return shown.rename(columns=lambda name: name.removesuffix(" [-]"))
+def _build_violation_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the violations of path constraints with one row per constraint and kind of motion."""
+    rows = [
+        (name, motion, row[f"{motion}: runs [%]"], row[f"{motion}: time [%]"])
+        for name, row in table.iterrows()
+        for motion in ("steered", "open loop")
+    ]
+    return pd.DataFrame(rows, columns=["constraint", "motion", "runs [%]", "time [%]"])
+
+
+def _build_guidance_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the motion with gyro-based guidance; columns of bounds only if there are bounds."""
+    shown = table.drop(columns=["bound_type", "bound_value", VIOLATED_COLUMN])
+    has_bound = table["bound_type"] != ""
+    if not has_bound.any():
+        return shown
+    bounds = table["bound_type"].map({"at most": "max", "at least": "min"}) + table[
+        "bound_value"
+    ].map(" {:.4g}".format)
+    return shown.assign(
+        **{"bound": bounds.where(has_bound, "none"), "violated [%]": table[VIOLATED_COLUMN]}
+    )
 
 
 def build_verification_document(
@@ -164,8 +179,8 @@ def build_verification_document(
         *format_gyro_guidance(verification.gyro_guidance),
     ]
     return {
-        "title": f"{verification.n_runs} Monte Carlo runs of the plan that converges after "
-        f"{format_duration(plan.t_end)}, seed {seed}",
+        "title": f"Errors after {format_duration(plan.t_end)} in {verification.n_runs} Monte Carlo "
+        f"runs, seed {seed}",
         "conclusion": " ".join(sentences),
         "is_achieved": bool(verification.is_achieved),
         "failures": [] if verification.is_achieved else describe_failures(verification),

@@ -44,7 +44,7 @@ def catalog(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print the price, mass, power and source of each sensor grade of a catalog."""
+    """Print the price, mass, power and source of each sensor grade in a catalog."""
     import pandas as pd
 
     from mgeo_suite.catalog import SECTIONS, Catalog
@@ -83,7 +83,7 @@ def conclude(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print the most accurate suite within each budget, and the lowest price of each accuracy."""
+    """Print the most accurate suite within each budget and the lowest price for each accuracy."""
     import pandas as pd
 
     from mgeo.plugins.problems import load_problem
@@ -131,9 +131,13 @@ def conclude(
     texts = (f"- {each['budget_keur']:g} kEUR: {each['suite'] or 'no suite'}" for each in suites)
     output.print_sections(
         Section("Most accurate suite within each budget", (), within_budgets, "\n".join(texts)),
-        Section("Lowest price of each accuracy", table=pd.DataFrame(lowest, columns=titles)),
+        Section(
+            "Lowest price of each accuracy",
+            table=pd.DataFrame(lowest, columns=titles),
+            note="-: no suite of the front reaches this accuracy.",
+        ),
     )
-    output.print_commands({"Show a suite": f"mgeo report {run} --solution N"})
+    output.print_commands({"Write a report on a suite": f"mgeo report {run} --solution N"})
 
 
 def _format(value: float | None, digits: int = 3) -> str:

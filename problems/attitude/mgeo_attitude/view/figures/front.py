@@ -252,15 +252,19 @@ def _draw_labels(
 ) -> Iterator[dict[str, Any]]:
     """Draw a ring and the name of each plan that has a role."""
     rows = list(roles)
-    # The label of the knee is in the corner below the front.
+    # Below the front, labels cover no points; the first plan has no points to its upper right.
     sides = ["left" if time_axis.locate(points[row, 0]) > 0.6 else "right" for row in rows]
     positions = [
-        "bottom left" if roles[row] == "knee" else f"top {side}"
+        "bottom left" if roles[row] == "knee" else f"{_select_height(roles[row])} {side}"
         for row, side in zip(rows, sides, strict=True)
     ]
     ring = {"symbol": "circle-open", "size": 13, "color": COLORS[6], "line": {"width": 2}}
     texts = _draw_texts(points[rows], [roles[row] for row in rows], positions, COLORS[6])
     yield texts | {"mode": "markers+text", "marker": ring}
+
+
+def _select_height(role: str) -> str:
+    return "top" if role.startswith("min-time") else "bottom"
 
 
 def _draw_texts(

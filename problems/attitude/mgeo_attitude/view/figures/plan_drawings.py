@@ -71,6 +71,22 @@ def _set_time_axis(layout: dict[str, Any], t_end: float, eclipses: Intervals) ->
     band = {"type": "rect", "xref": "x", "yref": "paper", "y0": 0, "y1": 1, "layer": "below"}
     band |= {"fillcolor": _ECLIPSE_COLOR, "line": {"width": 0}}
     layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in eclipses]
+    visible = [(start, min(end, t_end)) for start, end in eclipses if start < t_end]
+    if visible:
+        start, end = visible[0]
+        is_left = start + end < t_end
+        layout["annotations"] = [
+            {
+                "text": "eclipse",
+                "font": {"size": 11},
+                "showarrow": False,
+                "x": start if is_left else end,
+                "xanchor": "left" if is_left else "right",
+                "y": 1.0,
+                "yref": "paper",
+                "yanchor": "bottom",
+            }
+        ]
 
 
 def _draw_rates(problem: AttitudeManeuverProblem, intervals: RateIntervals) -> dict[str, Any]:

@@ -153,6 +153,8 @@ _IMPROVEMENT_FACTOR = 0.5
 #: Additional duration [s].
 _EXTRA_DURATION = 300.0
 
+#: Beginning of the names of changes that make the plan longer.
+EXTRA_DURATION_PREFIX = f"{_EXTRA_DURATION:g} s more"
 UNCHANGED = "unchanged"
 
 
@@ -196,10 +198,9 @@ def evaluate_improvements(
         rows[name] = _compute_sigma(improved_model, design, step)
     longer = step + round(_EXTRA_DURATION / model.step)
     if longer <= model.n_steps:
-        prefix = f"{_EXTRA_DURATION:g} s more"
-        rows[f"{prefix}, last rate"] = _compute_sigma(model, design, longer)
+        rows[f"{EXTRA_DURATION_PREFIX}, last rate"] = _compute_sigma(model, design, longer)
         for name, extended in _add_rotations(model, design, t_end, rate_deg_s):
-            rows[f"{prefix}, about {name}"] = _compute_sigma(model, extended, longer)
+            rows[f"{EXTRA_DURATION_PREFIX}, about {name}"] = _compute_sigma(model, extended, longer)
     columns = [f"{unit.label} [{unit.unit}]" for unit in units]
     factors = np.array([unit.factor for unit in units])
     table = pd.DataFrame(np.array(list(rows.values())) * factors, columns=columns)
