@@ -29,8 +29,9 @@ _LEGEND = {"orientation": "h", "x": 0.0, "y": 1.02, "yanchor": "bottom"}
 def draw_calibration_figures(
     table: pd.DataFrame, prior: Floats, sensors: Sequence[str], history: History | None
 ) -> dict[str, go.Figure]:
-    """Return Plotly figures as a dict: the estimates under ``parameters`` and, if an attitude
-    history is given, ``innovations`` and ``attitude``.
+    """Return a dict of Plotly figures: ``parameters``, ``innovations`` and ``attitude``.
+
+    Without an attitude history, the dict only contains the figure ``parameters``.
 
     Parameters
     ----------
