@@ -322,7 +322,7 @@ class Calibration:
         return pd.DataFrame(list(rows.values()), index=index, columns=columns)
 
     def build_parameters(self) -> list[dict[Any, Any]]:
-        """Return the rows of `build_table` as JSON-serializable dicts, with additional SI values."""
+        """Return the rows of `build_table` as JSON-serializable dicts with additional SI values."""
         table = self.build_table()
         units, factors = zip(*map(convert_to_si, table["unit"]), strict=True)
         for name in ("estimate", "sigma", "prior_sigma"):
