@@ -32,8 +32,9 @@ class PathConstraintRow(TypedDict):
 
 
 class GuidanceRow(TypedDict):
-    """One quantity in Monte Carlo runs in which the controller follows an attitude integrated from
-    the gyro.
+    """Statistics of one quantity over Monte Carlo runs with gyro-based guidance.
+
+    The controller of these runs follows an attitude that is integrated from the gyro.
     """
 
     quantity: str
@@ -170,7 +171,7 @@ class TruthFile(TypedDict):
 
 
 class SimulationDocument(TypedDict):
-    """Result of the simulation of one run of a plan."""
+    """Result of simulating one run of a plan."""
 
     files: list[str]
     """Paths of the written files."""
@@ -345,7 +346,7 @@ class PredictedRow(TypedDict):
 
 
 class CalibrationOutput(TypedDict):
-    """Additional keys of the output that calibration.json does not contain."""
+    """Keys of the command's output that calibration.json does not contain."""
 
     predicted: list[PredictedRow]
     """Comparison with the plan of `--plan`; empty without this option."""

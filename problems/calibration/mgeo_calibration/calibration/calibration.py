@@ -235,7 +235,7 @@ class Calibration:
 
     @property
     def conclusion(self) -> str:
-        """Verdict for the user, in one or a few sentences.
+        """Conclusion of the consistency tests, in one or a few sentences.
 
         For an inconsistent calibration, the text names the first failed test, its likely cause, and
         what the user should do.

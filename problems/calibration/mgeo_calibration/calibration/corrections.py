@@ -107,7 +107,7 @@ def find_bias_unit(owner: Gyro | Sensor) -> Unit:
 
 
 def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
-    """Return the telemetry unit of the error that a bias sensitivity describes.
+    """Return the telemetry unit of the bias or misalignment to which a bias sensitivity applies.
 
     The unit is that of the bias, or degrees for a misalignment.
     """

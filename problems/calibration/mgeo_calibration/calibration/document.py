@@ -80,9 +80,9 @@ def _collect_keys(calibration: Calibration) -> dict[str, Any]:
 
 
 def summarize(calibration: Calibration) -> dict[str, Any]:
-    """Return the results that a calibration document repeats for readers, such as the verdict.
+    """Return the derived entries of a calibration document, such as the verdict.
 
-    These keys can be computed from the other keys of the document.
+    These entries can be computed from the other entries of the document.
     """
     return {
         "conclusion": calibration.conclusion,

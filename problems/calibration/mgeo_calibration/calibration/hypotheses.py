@@ -67,9 +67,9 @@ _AXES_ERRORS = {
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Possible error in the telemetry that the scenario does not model.
+    """Hypothesis that the telemetry contains an error that the scenario does not model.
 
-    A score test examines whether the telemetry contains the error.
+    A score test decides whether the hypothesis is accepted.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ def has_sensitivity(owner: Gyro | Sensor, column: str, error: str = "bias") -> b
 
 
 def _set_key(key: str, fit_key: str | None = None) -> str:
-    """Return an instruction for the user to set a scenario key.
+    """Return an instruction that tells the user to set a scenario key.
 
     With `fit_key`, the instruction also suggests the option ``--fit``.
     """

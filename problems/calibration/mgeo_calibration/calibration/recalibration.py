@@ -184,7 +184,7 @@ def list_addable_sensitivities(
 
 
 def update_noise(calibration: Calibration) -> Scenario:
-    """Scale the noise of each sensor to a mean normalized innovation squared of 1.
+    """Scale the noise of each sensor so that its mean normalized innovation squared becomes 1.
 
     Return a copy of the scenario of the calibration with the scaled noise.
     """

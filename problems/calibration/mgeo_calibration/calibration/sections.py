@@ -224,7 +224,7 @@ def build_recalibration_section(first: Calibration, second: Calibration) -> Sect
 
 
 def format_with_decimals(value: float, sigma: float) -> str:
-    """Format an estimate with as many decimals as two significant digits of its 1-sigma have."""
+    """Round an estimate to the second significant digit of its 1-sigma, and format it as text."""
     decimals = 1 - math.floor(math.log10(sigma)) if sigma > 0.0 else _MAX_DECIMALS
     if decimals > _MAX_DECIMALS:
         return f"{value:.2e}"

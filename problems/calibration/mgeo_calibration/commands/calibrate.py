@@ -182,7 +182,7 @@ def print_calibration(
 
 
 def print_checks(error: CalibrationError, output: Output) -> None:
-    """Print the findings of the checks that need no attitude, after a calibration has failed."""
+    """Print the findings of the attitude-independent checks after a failed calibration."""
     lines = [
         f"- {name}: {'; '.join(findings) or 'passed'}." for name, findings in error.checks.items()
     ]

@@ -67,7 +67,7 @@ def simulate_plan(
 
 
 def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Section:
-    """Format a table that compares true values with the plan as a section.
+    """Return a section with a table that compares true and planned values.
 
     The columns ``bound_type`` and ``bound_value`` become one text such as ``max 5``. Rows without a
     constraint have empty cells; without any constraint, the table has no columns on constraints.
