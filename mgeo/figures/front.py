@@ -34,7 +34,9 @@ def draw_front(
     title: str = "",
     descriptions: pd.DataFrame | None = None,
 ) -> go.Figure:
-    """Draw a front with one to three objectives; hover texts show the variables of each solution.
+    """Draw the front of a problem with one to three objectives.
+
+    Hover texts show the variables of each solution.
 
     One objective is drawn over the number of the solution, two objectives with the boundary of the
     dominated region, and three objectives in 3D. Axes are logarithmic if `needs_log_axis` is true.
@@ -103,7 +105,9 @@ def format_hover_texts(
     objectives: tuple[str, ...],
     descriptions: pd.DataFrame | None = None,
 ) -> list[str]:
-    """Return one hover text per solution: its number, objectives, and description or variables.
+    """Return one hover text per solution with its number, objectives and variables.
+
+    The descriptions of the solutions, if given, replace the variables.
 
     The parameters are those of `draw_front`.
     """
@@ -128,7 +132,9 @@ def _format_value(value: object) -> str:
 def build_axis_layout(
     name: str, values: NDArray[np.float64], *, is_3d: bool = False
 ) -> dict[str, object]:
-    """Return plotly's layout of an objective's axis, logarithmic if `needs_log_axis` is true.
+    """Return the plotly layout for the axis of an objective.
+
+    The axis is logarithmic if `needs_log_axis` is true for the values.
 
     Parameters
     ----------

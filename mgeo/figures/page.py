@@ -72,7 +72,7 @@ def render_figure_page(figure: go.Figure, title: str, note: str = "") -> str:
 def render_report_page(
     title: str, parts: Sequence[str | go.Figure], library: bool | str = True
 ) -> str:
-    """Return an HTML page of figures and HTML texts in the given order.
+    """Return an HTML page that contains figures and HTML texts in the given order.
 
     Equal parts give equal pages.
 
@@ -101,14 +101,14 @@ def render_report_page(
 
 
 def render_figure(figure: go.Figure) -> Markup:
-    """Return a figure as HTML, for a page that includes the template ``scripts.html``."""
+    """Return a figure as HTML for pages that include the template ``scripts.html``."""
     return convert_to_html(figure)[0]
 
 
 def convert_to_html(
     figure: go.Figure, name: str = "figure", library: bool | str = True, height: str | None = None
 ) -> tuple[Markup, list[str]]:
-    """Return a figure without its title as HTML, and the lines of its title as a list of strings.
+    """Convert a figure without its title to HTML, and return the lines of the title separately.
 
     A page shows the title as a heading, which wraps.
 

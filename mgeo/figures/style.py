@@ -59,7 +59,7 @@ _PRINT_SCALE = 0.6  # Size of markers and lines in print relative to the screen.
 
 
 def escape_markup(text: object, *, is_3d: bool = False) -> str:
-    """Escape HTML tags and plotly templates in a text, so that plotly shows the text literally.
+    """Escape HTML tags and plotly templates, so that plotly displays a text literally.
 
     Parameters
     ----------
@@ -107,8 +107,7 @@ def apply_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
 
 
 def build_log_axis_layout(values: ArrayLike) -> dict[str, Any]:
-    """Return plotly's layout of a logarithmic axis, with labels that suit the range of the
-    positive `values`.
+    """Return the plotly layout of a logarithmic axis that suits the range of positive values.
 
     Labels are at powers of ten for a wide range and at 1, 2 and 5 for a narrower one; for a very
     narrow range, plotly chooses.
@@ -123,12 +122,14 @@ def build_log_axis_layout(values: ArrayLike) -> dict[str, Any]:
 
 
 def find_number_format(low: float, high: float) -> str:
-    """Return plotly's format of numbers in a range: decimal if short, otherwise with exponent."""
+    """Return the plotly format for numbers in a range, in decimal or exponential notation."""
     return "~g" if low >= 1e-4 and high < 1e5 else "~e"
 
 
 def format_for_print(figure: go.Figure) -> go.Figure:
-    """Return a copy of a figure for print: no title, 8-point text, thin lines, narrow margins.
+    """Return a copy of a figure that is formatted for print.
+
+    The copy has no title, 8-point text, thin lines and narrow margins.
 
     Colors and symbols are unchanged, so that traces differ in grayscale by symbol and dash.
     """

@@ -45,7 +45,7 @@ from mgeo.validation.entries import convert_file_errors
 def format_verification_tables(
     verification: Mapping[str, Any],
 ) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield the title and the rows of strings of each table in a verification file.
+    """Format each table in a verification file as a title and rows of strings.
 
     A table is a list of objects with equal keys. The first row contains the keys as column titles.
 
@@ -65,7 +65,9 @@ def format_verification_tables(
 def read_verifications(
     folder: Path, run: Run, problem: Problem
 ) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
-    """Yield the name of each verification file, the reason to ignore it (if any), and its content.
+    """Read the verification files of a run.
+
+    Yield the name of each file, a reason to ignore it, and its content.
 
     The reason is an empty string if the file verifies a solution on the front of the run.
 

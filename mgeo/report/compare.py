@@ -29,7 +29,7 @@ from mgeo.validation.entries import convert_file_errors
 
 @dataclass(frozen=True)
 class ComparedSolution:
-    """One of two compared solutions, with its review document and the options of its problem.
+    """One of two solutions to be compared, with its review and the options of its problem.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ def build_comparison_html(
 
 
 def read_compared_solution(path: Path, trusted_classes: Collection[str] = ()) -> ComparedSolution:
-    """Read the default solution of a run folder, or the solution in a JSON file.
+    """Read a solution from a JSON file, or the default solution from a run folder.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def _describe_run(subject: ComparedSolution) -> dict[str, str]:
 
 
 def _build_metrics_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
-    """Return a table of the numeric metrics of both solutions, and of their ratios."""
+    """Return a table of the numeric metrics of both solutions and the ratios between them."""
     descriptions = (call_optional(subject.view, View.describe) for subject in subjects)
     columns = [table.select_dtypes("number").iloc[0] for table in descriptions]
     table = pd.concat(columns, axis=1, join="inner", keys=[subject.name for subject in subjects])
@@ -188,7 +188,10 @@ def _format_title(subjects: Sequence[ComparedSolution], name: str) -> str:
 
 
 def _build_options_table(subjects: Sequence[ComparedSolution]) -> pd.DataFrame:
-    """Return a table of the problem options that differ between the solutions, by dotted key."""
+    """Return a table of the problem options that differ between the solutions.
+
+    The index contains the keys of the options; nested keys are joined by dots.
+    """
     columns = {subject.name: dict(_flatten(subject.options)) for subject in subjects}
     table = pd.DataFrame(columns, dtype=object).rename_axis("option").fillna("not set")
     return table[table.nunique(axis=1) > 1]

@@ -23,7 +23,7 @@ _N_POINTS = 60  # number of points of the curve
 
 
 def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
-    """Return a line plot of the hypervolume of a recorded run over the number of evaluations.
+    """Plot the hypervolume of a recorded run over the number of evaluations.
 
     Returns None if the run folder has no record of the evaluations, or no hypervolume is defined
     (see `compute_hypervolume_history`).
@@ -69,7 +69,7 @@ def draw_hypervolume_history(folder: Path, problem: Problem, outcome: Outcome) -
 def compute_hypervolume_history(
     problem: Problem, outcome: Outcome, record: pd.DataFrame
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
-    """Return the number of evaluations and the hypervolume of the front found so far, as arrays.
+    """Compute the hypervolume of the front as a function of the number of evaluations.
 
     The front after each number of evaluations consists of all feasible designs so far that no other
     feasible design dominates.

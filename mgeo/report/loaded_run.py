@@ -24,7 +24,7 @@ _MAX_NEAREST = 5  # maximum number of representative infeasible solutions
 
 @dataclass(frozen=True)
 class LoadedRun:
-    """Run that was read from a folder, with its problem and its representative solutions.
+    """Run loaded from a folder, with its problem and a selection of representative solutions.
 
     Attributes
     ----------

@@ -12,7 +12,7 @@ from mgeo.plugins.review import Review
 
 
 def render_review_page(review: Review, figures: Mapping[str, go.Figure]) -> str:
-    """Return the HTML page of a review document, which works without a network.
+    """Return a review document as an HTML page that works without a network.
 
     Sections of the first page come first, followed by details that are closed on screen and open
     in print. Equal documents give equal pages.

@@ -69,18 +69,18 @@ def _to_json(node: Any, use_lists: bool) -> Json:
 
 
 def _decode_array(node: Mapping[str, Any]) -> NDArray[Any]:
-    """Decode an array that a plotly dict contains as base64 text."""
+    """Decode an array that plotly has encoded as base64 text."""
     array = np.frombuffer(b64decode(node["bdata"]), node["dtype"])
     return array.reshape([int(n) for n in node["shape"].split(",")]) if "shape" in node else array
 
 
 def _encode_array(array: NDArray[Any]) -> Json:
-    """Encode an array of floats as float32 in base64 text, in the dict format of plotly."""
+    """Encode an array of floats as base64 text in the format of plotly, with 4 bytes per value."""
     return {"dtype": "f4", "bdata": b64encode(array.astype("<f4").tobytes()).decode()}
 
 
 def extract_common_structure(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
-    """Split similar JSON trees into their common structure and the values that differ in each.
+    """Split similar JSON trees into a common tree and the values that differ between the trees.
 
     Parameters
     ----------
@@ -118,7 +118,10 @@ def extract_common_structure(trees: Sequence[Json]) -> tuple[Json, list[list[Jso
 
 
 def format_script_json(value: Json) -> str:
-    """Encode a value as JSON text that contains no markup, for an HTML script element."""
+    """Encode a value as JSON text that can be embedded in an HTML script element.
+
+    The characters <, > and & are escaped.
+    """
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
@@ -134,7 +137,9 @@ MAX_SOLUTIONS_WITH_FIGURES = 300
 
 
 def build_solutions_json(loaded_run: LoadedRun) -> dict[str, Json]:
-    """Return designs, objectives, figures and margins of a run as a JSON object for the report.
+    """Return the solutions of a run as a JSON object for the scripts of the report.
+
+    The object contains designs, objectives, figures and constraint margins.
 
     Figures, descriptions and constraint margins are included for the rows in ``figure_rows``, which
     are some of the solutions of a large front, see `select_figure_rows`.
@@ -165,7 +170,9 @@ def select_figure_rows(
     n: int,
     n_max: int = MAX_SOLUTIONS_WITH_FIGURES,
 ) -> NDArray[np.int64]:
-    """Select at most `n_max` rows of a front: representative solutions and evenly spaced ones.
+    """Select the solutions of a front for which the report contains figures.
+
+    The selection consists of representative solutions and evenly spaced ones.
 
     All rows are returned if the front has at most `n_max` solutions.
 
@@ -191,7 +198,7 @@ def select_figure_rows(
 
 
 def draw_front(view: View, title: str) -> go.Figure | None:
-    """Return a figure of a front, in which each point has its row number as ``customdata``.
+    """Draw a front in which the ``customdata`` of each point is the row number of the solution.
 
     The figure "front" of the problem is used if its points have ``customdata``, see
     ``docs/tutorials/plugin.md``. Otherwise, the objectives are drawn, or None is returned if there
@@ -212,7 +219,9 @@ def draw_front(view: View, title: str) -> go.Figure | None:
 
 
 def build_figures_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return the figures of all solutions as JSON values; common structure is stored only once.
+    """Convert the figures of all solutions to JSON values.
+
+    The structure that the figures have in common is stored only once.
 
     Parameters
     ----------
@@ -240,7 +249,7 @@ def build_figures_json(view: View, rows: NDArray[np.int64]) -> Json:
 
 
 def _list_summaries(view: View) -> list[str]:
-    """Return the summaries that the problem defines, one per solution, or empty strings."""
+    """Return one summary per solution, or empty strings if the problem defines no summaries."""
     return (
         call_optional(view, View.summaries)
         if has_override(view, View.summaries)
@@ -249,7 +258,7 @@ def _list_summaries(view: View) -> list[str]:
 
 
 def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return the table that describes the solutions, as column names and rows of JSON values."""
+    """Return the problem's table of solutions as column names and rows of JSON values."""
     table = call_optional(view, View.describe)
     if not has_override(view, View.describe):
         table = table.iloc[:, : view.problem.n_obj]
@@ -263,7 +272,10 @@ def _build_descriptions_json(view: View, rows: NDArray[np.int64]) -> Json:
 
 
 def _build_margins_json(view: View, rows: NDArray[np.int64]) -> Json:
-    """Return the constraint margins of each solution, as lists [name, is_satisfied, text]."""
+    """Return the constraint margins of each solution.
+
+    Each margin is a list [name, is_satisfied, text].
+    """
     margins = [
         [
             [margin.name, margin.is_satisfied, str(margin).removeprefix(f"{margin.name}: ")]
@@ -279,7 +291,13 @@ def _index_by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, 
 
 
 def format_cell(value: Any) -> Json:
-    """Convert a table cell to JSON: a number with seven significant digits, or else a string."""
+    """Convert a table cell to a JSON value.
+
+    Finite numbers are rounded to seven significant digits. All other cells are converted to
+    strings.
+
+    Numbers are rounded to seven significant digits, and other cells are converted to strings.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return str(value)
     number = float(value)

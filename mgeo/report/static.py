@@ -27,16 +27,17 @@ _PNG_SCALE = 2  # resolution of a PNG relative to the figure's size
 
 
 class StaticExportError(RuntimeError):
-    """Error raised if figures cannot be exported because kaleido or a browser is missing."""
+    """Raised if figures cannot be exported, because kaleido or a working browser is missing."""
 
 
 def draw_run_figures(
     folder: Path | str, names: Sequence[str] = (), *, trusted_classes: Collection[str] = ()
 ) -> dict[str, go.Figure]:
-    """Return the figures of a run that are not animated, as a dict by name.
+    """Return the static figures of a run as a dict keyed by figure name.
 
     The figures are the front, the hypervolume of a recorded run, and the ``solution_figures`` that
-    the problem draws of the knee and of the best solution of each objective.
+    the problem draws of the knee and of the best solution of each objective. Animated figures are
+    omitted.
 
     Parameters
     ----------
@@ -91,7 +92,9 @@ def prepare_figures(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, 
 
 
 def export_figures(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
-    """Render figures as PNG or PDF, and return the file contents as a dict by file name.
+    """Render figures as PNG or PDF files.
+
+    Return a dict that maps file names to contents.
 
     Parameters
     ----------
@@ -143,7 +146,7 @@ def _set_size(figure: go.Figure) -> go.Figure:
 
 
 def _remove_controls(figure: go.Figure) -> go.Figure:
-    """Return a copy of a figure without menus, sliders and hints on interaction."""
+    """Return a copy of a figure without menus, sliders or hints about interaction."""
     still = go.Figure(figure)
     still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:

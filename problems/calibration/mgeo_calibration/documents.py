@@ -32,7 +32,10 @@ class PathConstraintRow(TypedDict):
 
 
 class GuidanceRow(TypedDict):
-    """Motion of the satellite if the attitude for control is integrated from the gyro."""
+    """Statistics of one quantity over Monte Carlo runs with gyro-based guidance.
+
+    The controller of these runs follows an attitude that is integrated from the gyro.
+    """
 
     quantity: str
     """Pointing error, constraint, body rate or wheel momentum."""
@@ -53,8 +56,9 @@ class GuidanceRow(TypedDict):
 
 
 class VerificationDocument(TypedDict):
-    """Verification of a plan by Monte Carlo runs. `mgeo report` shows its title, conclusion and
-    table.
+    """Result of the verification of a plan by Monte Carlo runs.
+
+    `mgeo report` shows its title, conclusion and table.
     """
 
     title: str
@@ -109,7 +113,7 @@ class VerificationDocument(TypedDict):
 
 
 class ComparisonRow(TypedDict):
-    """Quantity of the true motion, compared with the plan."""
+    """True value of one quantity in a simulated run, and its value in the plan."""
 
     quantity: str
     """Pointing error, constraint, body rate or wheel momentum."""
@@ -128,7 +132,7 @@ class ComparisonRow(TypedDict):
 
 
 class TrueParameter(TypedDict):
-    """True value of one calibration parameter."""
+    """True value of one calibration parameter about one axis."""
 
     block: str
     """Gyro or sensor, and parameter, such as "gyro.bias"."""
@@ -141,7 +145,7 @@ class TrueParameter(TypedDict):
 
 
 class TruthFile(TypedDict):
-    """True attitude and errors at the last sample of a simulated run."""
+    """True attitude and true calibration parameters at the last sample of a simulated run."""
 
     format: str
     """Always "mgeo-attitude-truth"."""
@@ -167,7 +171,7 @@ class TruthFile(TypedDict):
 
 
 class SimulationDocument(TypedDict):
-    """Simulated run of a plan."""
+    """Result of simulating one run of a plan."""
 
     files: list[str]
     """Paths of the written files."""
@@ -180,7 +184,7 @@ class SimulationDocument(TypedDict):
 
 
 class ParameterRow(TypedDict):
-    """Estimate of one calibration parameter."""
+    """Estimate of one calibration parameter about one axis."""
 
     block: str
     """Gyro or sensor, and parameter, such as "gyro.bias"."""
@@ -205,7 +209,7 @@ class ParameterRow(TypedDict):
 
 
 class RequirementRow(TypedDict):
-    """Required 1-sigma of the scenario, compared with the calibration."""
+    """Required 1-sigma of one quantity, and the 1-sigma that the calibration achieved."""
 
     block: str
     """Gyro or sensor, and parameter, such as "gyro.bias", or "attitude"."""
@@ -220,7 +224,7 @@ class RequirementRow(TypedDict):
 
 
 class Correction(TypedDict):
-    """Parameters with which the satellite corrects the readings of one gyro or sensor.
+    """Parameters that the satellite uses to correct the readings of one gyro or sensor.
 
     A sensor reports R (I + diag k + N) s + b for a vector s in the body frame. Parameters that the
     scenario does not estimate are left out.
@@ -273,7 +277,7 @@ class Outlier(TypedDict):
 
 
 class CalibrationFile(TypedDict):
-    """Calibration, with its verdict and the estimates at the last sample."""
+    """Result of a calibration: the verdict and the estimates at the last sample."""
 
     conclusion: str
     """Verdict in one sentence."""
@@ -327,7 +331,7 @@ class CalibrationFile(TypedDict):
 
 
 class PredictedRow(TypedDict):
-    """Achieved 1-sigma of one state, compared with the prediction of a plan."""
+    """Achieved 1-sigma of one state, and the 1-sigma that a plan predicted."""
 
     state: str
     """State, such as "gyro bias x"."""
@@ -342,7 +346,7 @@ class PredictedRow(TypedDict):
 
 
 class CalibrationOutput(TypedDict):
-    """Keys of the document beside those of calibration.json."""
+    """Keys of the command's output that calibration.json does not contain."""
 
     predicted: list[PredictedRow]
     """Comparison with the plan of `--plan`; empty without this option."""
@@ -351,7 +355,10 @@ class CalibrationOutput(TypedDict):
 
 
 class RefusalDocument(TypedDict):
-    """Reason why telemetry cannot be calibrated, printed with `--all`. The exit code is 2."""
+    """Reason why telemetry cannot be calibrated.
+
+    The document is printed with `--all`. The exit code is 2.
+    """
 
     error: str
     """Message."""

@@ -226,7 +226,7 @@ def check(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Compare the compiled Kalman filter of a scenario with the library filterpy, for random plans.
+    """Compare the compiled Kalman filter with the library filterpy for random plans of a scenario.
 
     The exit code is 3 if the results differ.
     """

@@ -19,7 +19,7 @@ def print_export(
     spacing: float,
     output: Output,
 ) -> None:
-    """Print the warnings, the files that were written with their contents, and the next commands.
+    """Print the result of an export: warnings, written files, and the next commands.
 
     Parameters
     ----------

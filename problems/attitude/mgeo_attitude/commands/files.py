@@ -15,8 +15,9 @@ from mgeo_attitude.view.summaries import describe_ends
 
 @dataclass(frozen=True)
 class SelectedPlan:
-    """Plan to which a command applies, with a name for display and its row in the front of a run
-    folder.
+    """Plan selected by the arguments of a command, with a name for display.
+
+    A plan from a run folder also has the row of the solution in its front.
     """
 
     plan: ManeuverPlan
@@ -25,7 +26,7 @@ class SelectedPlan:
 
     @property
     def summary(self) -> str:
-        """One line of text with the name and the convergence time of the plan."""
+        """Name and convergence time of the plan in one line of text."""
         return f"{self.name}. {describe_ends(self.plan.view)[0]}"
 
 
@@ -35,8 +36,9 @@ def load_plan(
     time: float | None = None,
     solution: int | None = None,
 ) -> SelectedPlan:
-    """Load the plan to which a command applies, from a plan file or from a run folder, by default
-    the knee of the front.
+    """Load a plan from a plan file, or from a run folder.
+
+    By default, the plan from a run folder is the knee of the front.
 
     Parameters
     ----------
@@ -90,8 +92,9 @@ def load_plan(
 def check_targets(
     paths: Sequence[Path | None], overwrite: bool, suffixes: Sequence[str] = ()
 ) -> None:
-    """Check that all output files can be written, and raise an error otherwise. Commands call this
-    function before they compute results.
+    """Check that all output files can be written.
+
+    Commands call this function before they compute results.
 
     Parameters
     ----------
@@ -120,7 +123,10 @@ def check_targets(
 
 
 def check_constraints(plan: ManeuverPlan) -> None:
-    """Raise a ValueError that lists the violated constraints of a plan, if there are any."""
+    """Raise ValueError if a plan violates constraints of its scenario.
+
+    The message lists the violated constraints.
+    """
     violations = plan.list_violations()
     if violations:
         raise ValueError(

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 
 def print_plan(selected: SelectedPlan, keys: Collection[str], output: Output) -> None:
-    """Print sections about a plan to the terminal; the summary comes with warnings.
+    """Print the requested sections about a plan.
+
+    Warnings follow the summary if it is among the sections.
 
     Parameters
     ----------

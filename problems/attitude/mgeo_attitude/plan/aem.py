@@ -44,8 +44,9 @@ def format_aem(
     rates: Rates = "given",
     frame: Frame = "GCRF",
 ) -> str:
-    """Return the attitude history of a plan, including its slew back, as the text of a CCSDS
-    Attitude Ephemeris Message (AEM).
+    """Return the attitude history of a plan as a CCSDS Attitude Ephemeris Message (AEM).
+
+    The history includes the slew back.
 
     Comments of the message describe a constant-rate hold beyond the nominal convergence, if there
     is one, and list violated constraints.

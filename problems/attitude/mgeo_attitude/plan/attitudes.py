@@ -22,7 +22,7 @@ Frame = Literal["GCRF", "EME2000"]
 
 @dataclass(frozen=True, eq=False)
 class PhaseAttitudes:
-    """Attitude history of a plan during one phase, sampled from the start to the end of the phase.
+    """Attitude history of one phase of a plan, sampled at equal intervals.
 
     Attributes
     ----------
@@ -45,8 +45,7 @@ class PhaseAttitudes:
 def iterate_attitudes(
     plan: ManeuverPlan, spacing: float = 1.0, frame: Frame = "GCRF"
 ) -> Iterator[PhaseAttitudes]:
-    """Yield the attitude history of a plan as one `PhaseAttitudes` per phase, including the slew
-    back.
+    """Yield the attitude history of each phase of a plan, including the slew back.
 
     Each phase is sampled at equal intervals of at most `spacing`, from its start to its end.
 
@@ -88,8 +87,7 @@ def iterate_attitudes(
 
 
 def join_attitudes(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
-    """Return the attitude history of a plan from its first to its last phase, as two arrays: sample
-    times and quaternions.
+    """Return the attitude history of all phases of a plan as arrays of times and quaternions.
 
     The instants at which two phases meet appear once. The signs of the quaternions are chosen so
     that their components are continuous.
@@ -115,8 +113,9 @@ def join_attitudes(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
 
 
 def format_violations(plan: ManeuverPlan) -> list[str]:
-    """Return the violated constraints of a plan as lines of ASCII text for comments in export
-    files, one line per constraint.
+    """Format the violated constraints of a plan as comments for export files, one line each.
+
+    The text is limited to ASCII characters.
     """
     lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.list_violations())
     return [line.encode("ascii", "replace").decode() for line in lines]
@@ -139,8 +138,9 @@ _MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct",
 
 
 def format_stk(plan: ManeuverPlan, *, spacing: float = 1.0) -> str:
-    """Return the attitude history of a plan, including its slew back, as the text of an STK
-    attitude file.
+    """Return the attitude history of a plan as the text of an STK attitude file.
+
+    The history includes the slew back.
 
     The quaternions describe the rotation from ICRF to the body, with the scalar part last. Times
     are seconds after ScenarioEpoch, which is in UTC.

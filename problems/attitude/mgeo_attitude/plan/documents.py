@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class DocumentFormat(Generic[T]):
-    """Conversion between Python objects of one class and the JSON documents that store them.
+    """Format of the JSON documents that store objects of one Python class.
 
     Attributes
     ----------
@@ -88,8 +88,7 @@ def serialize(document: Mapping[str, Any]) -> str:
 
 
 def parse_document(text: str, kind: str, version: int) -> dict[str, Any]:
-    """Parse JSON text to a dict, and check that its keys ``format`` and ``version`` have the
-    expected values.
+    """Parse JSON text to a dict, and check the format and the version of the document.
 
     Parameters
     ----------
@@ -118,7 +117,7 @@ def parse_document(text: str, kind: str, version: int) -> dict[str, Any]:
 
 
 def read_scenario(document: Mapping[str, Any]) -> Scenario:
-    """Construct the scenario of a parsed JSON document from the options under its key ``scenario``.
+    """Construct the scenario that a parsed JSON document contains under the key ``scenario``.
 
     The options must contain all keys without default; other keys have their default if missing. A
     preset is rejected, because its values may change between versions.
@@ -148,7 +147,7 @@ def read_scenario(document: Mapping[str, Any]) -> Scenario:
 
 
 def read_document(path: Path | str, read: Callable[[str], T]) -> T:
-    """Read a text file, and return the object that the function `read` constructs from its text.
+    """Read a text file, and construct an object from its text.
 
     Parameters
     ----------

@@ -17,8 +17,10 @@ from mgeo_attitude.view.summaries import format_nominal_suffix
 
 
 def build_plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
-    """Return plotly figures of the body rates, the uncertainty by phase, the error budget and the
-    correlations of a plan, as a dict by the section of the plan that each figure belongs to.
+    """Draw the figures that accompany the sections about a plan.
+
+    The figures show the body rates, the uncertainty by phase, the error budget and the
+    correlations.
 
     Parameters
     ----------

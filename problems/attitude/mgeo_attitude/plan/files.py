@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
-    """Write a plan to a file atomically, in the format that the suffix of the file name selects.
+    """Write a plan to a file, in the format that matches the suffix of the file name.
+
+    The file is written atomically.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
 
 
 def build_plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
-    """Return the contents of the file that `write_plan` writes, as bytes.
+    """Return the bytes that `write_plan` writes to a file.
 
     The exceptions are those of `write_plan`.
     """
@@ -104,8 +106,7 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 
 def format_csv(plan: ManeuverPlan, table: pd.DataFrame, **options: Any) -> str:
-    """Return a table as CSV text. Comment lines before the header list the violated constraints of
-    a plan.
+    """Convert a table to CSV text that begins with comments on violated constraints of a plan.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def to_json(plan: ManeuverPlan) -> str:
 
 
 def build_document(plan: ManeuverPlan) -> dict[str, Any]:
-    """Convert a plan to a dict with the contents of its JSON file; see `to_json`."""
+    """Convert a plan to a dict with the contents of its JSON file."""
     return _FORMAT.build_document(plan)
 
 

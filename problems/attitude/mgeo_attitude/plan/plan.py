@@ -36,7 +36,7 @@ UNCALIBRATED_SHARE = 0.5
 
 @dataclass(frozen=True)
 class ManeuverPlan(Settings):
-    """Calibration maneuvers of a satellite in a given scenario, with the predicted accuracy.
+    """Sequence of calibration maneuvers in a scenario, with its predicted accuracy.
 
     A plan starts at the epoch of the scenario and ends when the filter has converged. With Monte
     Carlo runs, the last rate is held until the time at which the requested share of the runs has
@@ -103,7 +103,7 @@ class ManeuverPlan(Settings):
     def from_design(
         cls, problem: AttitudeManeuverProblem, x: ArrayLike, F: Floats | None = None
     ) -> ManeuverPlan:
-        """Construct the plan for a design vector of an optimization problem.
+        """Construct a plan from a design vector of an optimization problem.
 
         The plan shares the problem's precomputed data, such as environment and filter model.
 
@@ -136,25 +136,30 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def problem(self) -> AttitudeManeuverProblem:
-        """Optimization problem of the scenario. Plans with equal scenarios share one problem."""
+        """Optimization problem that is defined by the scenario.
+
+        Plans with equal scenarios share one problem.
+        """
         return _build_problem(self.scenario)
 
     @cached_property
     def view(self) -> ManeuverView:
-        """Tables, texts and figures of the plan, as a `ManeuverView` of this plan alone."""
+        """Tables, texts and figures of this plan, as a `ManeuverView`."""
         return self.problem.view([self.design])
 
     @cached_property
     def history(self) -> FilterHistory:
-        """Time history of the filter covariance along the plan in a run without random errors,
-        computed on first use.
+        """History of the filter covariance along the plan, in a run without random errors.
+
+        The history is computed on first access.
         """
         return run_filter(self.problem.model, self.design)
 
     @property
     def t_end(self) -> float:
-        """Convergence time of the filter in the nominal run [s], or the duration of the scenario if
-        the filter does not converge.
+        """Convergence time of the filter in the nominal run [s].
+
+        If the filter does not converge, the time is the duration of the scenario.
 
         Raises
         ------
@@ -198,20 +203,20 @@ class ManeuverPlan(Settings):
 
     @property
     def attitude_sigma_deg(self) -> float:
-        """Predicted attitude 1-sigma at `t_end` [deg], about the body axis with the largest
-        uncertainty; see `sigma`.
+        """Predicted 1-sigma of the attitude about the worst body axis at `t_end` [deg].
+
+        See `sigma`.
         """
         return float(DEG.factor * self.sigma[:3].max())
 
     @property
     def summary(self) -> str:
-        """One line of text with the convergence time and the predicted 1-sigmas of the plan."""
+        """Convergence time and predicted 1-sigmas of the plan in one line of text."""
         (summary,) = self.view.summaries()
         return summary
 
     def compare_with_monte_carlo(self) -> pd.DataFrame:
-        """Return a table that compares each predicted objective with its 0.9-quantile over Monte
-        Carlo runs.
+        """Compare each predicted objective with its 0.9-quantile over Monte Carlo runs.
 
         Returns
         -------
@@ -228,15 +233,16 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def hold_end(self) -> float:
-        """Time until which the satellite keeps the rate of the last maneuver [s], at least `t_end`;
-        see `Plans.hold_end`.
+        """Time until which the satellite keeps the rate of the last maneuver [s].
+
+        The time is at least `t_end`; see `Plans.hold_end`.
         """
         (hold_end,) = self.view.hold_end
         return float(hold_end)
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """Attitude motion of the satellite from the epoch to the end of the plan."""
+        """Attitude trajectory of the satellite from the epoch to the end of the plan."""
         design = np.array(self.design)
         return Trajectory(self.scenario, self.problem.model, design, self.t_end, self.hold_end)
 
@@ -251,8 +257,9 @@ class ManeuverPlan(Settings):
 
     @property
     def slew_back(self) -> SlewBack | None:
-        """Slew after `hold_end` that returns the satellite to its initial attitude law, or None if
-        the scenario requests no such slew.
+        """Slew after `hold_end` that returns the satellite to its initial attitude law.
+
+        None if the scenario requests no slew back.
         """
         return self.trajectory.slew_back
 
@@ -263,9 +270,7 @@ class ManeuverPlan(Settings):
 
     @property
     def attitude(self) -> Floats:
-        """Rotation matrices from GCRS to body axes at all filter steps of the plan, shape (n + 1,
-        3, 3).
-        """
+        """Rotation matrices from GCRF to body axes at all filter steps, shape (n + 1, 3, 3)."""
         return self.trajectory.attitude
 
     def to_steps(self, times: ArrayLike) -> NDArray[np.int64]:
@@ -283,8 +288,9 @@ class ManeuverPlan(Settings):
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
 
     def describe_hold(self) -> list[str]:
-        """Return a list with one line of text that states until when the last rate is held. The
-        list is empty if the rate is not held beyond `t_end`.
+        """Describe until when the last rate is held after `t_end`, in one line of text.
+
+        The list is empty if the plan has no such hold.
         """
         if self.hold_end <= self.t_end:
             return []
@@ -295,8 +301,9 @@ class ManeuverPlan(Settings):
         ]
 
     def build_timeline(self) -> pd.DataFrame:
-        """Return the timeline of the plan as a table: start and end times, body rates and
-        attitudes, one row per phase.
+        """Return the timeline of the plan as a table with one row per phase.
+
+        The columns contain the start and end times, body rates, rotation angles and attitudes.
 
         Attitudes are quaternions of the rotation from GCRF to the body, with the scalar part last
         (see `quaternions_from_matrices`). The column ``rotation [deg]`` is the integral of the
@@ -321,8 +328,7 @@ class ManeuverPlan(Settings):
         return pd.DataFrame(columns)
 
     def build_accuracy_table(self) -> pd.DataFrame:
-        """Return a table with the 1-sigma of every state before the plan and the predicted 1-sigma
-        at `t_end`.
+        """Compare the predicted 1-sigma of every state at `t_end` with the 1-sigma before the plan.
 
         Returns
         -------
@@ -343,14 +349,16 @@ class ManeuverPlan(Settings):
 
     @cached_property
     def accuracy(self) -> pd.DataFrame:
-        """Table of the 1-sigmas about the worst body axis, before the plan and at `t_end`, with
-        their lower bounds; see `overview.build_accuracy_table` for the columns.
+        """Table of the 1-sigmas about the worst body axis before the plan and at `t_end`.
+
+        The table also contains lower bounds; see `overview.build_accuracy_table` for the columns.
         """
         return build_accuracy_table(self.view)
 
     def compare_trace_with_lower_bound(self) -> pd.DataFrame:
-        """Return a table with one row: the trace at `t_end`, its lower bound over all maneuvers,
-        and their ratio. The table is empty if no lower bound can be proved.
+        """Compare the trace at `t_end` with its lower bound over all maneuvers.
+
+        The table has one row, or no row if no lower bound can be proved.
         """
         columns = ["predicted", "lower bound", "ratio"]
         try:
@@ -361,8 +369,9 @@ class ManeuverPlan(Settings):
         return pd.DataFrame([row], ["trace [-]"], columns).rename_axis("quantity")
 
     def list_uncalibrated_errors(self) -> list[str]:
-        """Return the names of the calibration parameters whose 1-sigma stays above half of its
-        initial value, with the remaining share, as in "sun bias (92 %)".
+        """List the estimated errors that keep more than half of their initial 1-sigma.
+
+        Each text contains the remaining share, as in "sun bias (92 %)".
 
         Plans with a short t_end may satisfy the convergence rule because the filter stalls; this
         list reveals them.
@@ -393,8 +402,9 @@ class ManeuverPlan(Settings):
         return table.assign(satisfied=table["margin"].to_numpy(float) >= 0.0)
 
     def list_violations(self) -> list[str]:
-        """Return one line of text per violated constraint, with its value, its bound and the amount
-        of the violation.
+        """Describe each violated constraint in one line of text.
+
+        The line contains the value, the bound and the amount of the violation.
         """
         table = self.build_constraint_table()
         return [
@@ -405,9 +415,9 @@ class ManeuverPlan(Settings):
         ]
 
     def compute_uncertainty_by_phase(self) -> pd.DataFrame:
-        """Return a table with the trace and the 1-sigma of every state at the start of the plan and
-        at the end of each phase.
+        """Return a table of the uncertainty at the start of the plan and at the end of each phase.
 
+        The table contains the trace and the 1-sigma of every state.
         See `error_budget.compute_uncertainty_by_phase` for the columns.
         """
         return error_budget.compute_uncertainty_by_phase(
@@ -424,24 +434,25 @@ class ManeuverPlan(Settings):
         return improvements.evaluate_improvements(self.problem.model, self.design, self.t_end, rate)
 
     def compute_error_budget(self) -> pd.DataFrame:
-        """Return the error budget at `t_end` as a table: the contribution of each error source to
-        the worst-axis 1-sigma of each 3-vector of the state.
+        """Return a table with the contribution of each error source to the 1-sigmas at `t_end`.
 
+        The 1-sigmas are those of the worst axis of each 3-vector of the state.
         See `error_budget.compute_error_budget` for rows and columns.
         """
         return self._error_budget.copy()
 
     def evaluate_improvements(self) -> pd.DataFrame:
-        """Return a table of the worst-axis 1-sigmas that the plan would reach if one error source
-        were halved or if the plan were longer, with one row per change; see
+        """Evaluate the effect of halved error sources and of longer plans on the 1-sigmas.
+
+        Each row of the table halves one error source or extends the plan; see
         `improvements.evaluate_improvements`.
         """
         return self._improvements.copy()
 
     def find_error_drivers(self) -> pd.DataFrame:
-        """Return a table of the three largest error sources of each 1-sigma that the scenario
-        constrains, or of the attitude if the scenario has no such requirements.
+        """Return the three largest error sources of each 1-sigma that the scenario constrains.
 
+        If the scenario constrains none, the table contains the error sources of the attitude.
         See `error_budget.find_error_drivers` for the columns.
         """
         return error_budget.find_error_drivers(
@@ -449,23 +460,25 @@ class ManeuverPlan(Settings):
         )
 
     def compute_measurement_times(self) -> pd.DataFrame:
-        """Return a table of measurement times [s], with one row per phase until `t_end` and one
-        column per sensor.
+        """Return a table of the time [s] during which each sensor provides measurements.
 
-        A measurement time is the time during which the sensor provides measurements.
+        The table has one row per phase until `t_end` and one column per sensor.
         """
         arguments = self._calibration_phases, self.design, self.history
         return error_budget.compute_measurement_times(self.problem.model, *arguments)
 
     def compute_correlations(self) -> pd.DataFrame:
-        """Return the correlation matrix of the state errors at `t_end` as a table, with state names
-        as index and columns.
+        """Return the correlation matrix of the state errors at `t_end`.
+
+        The matrix is a table with the names of the states as index and columns.
         """
         return covariance.compute_correlations(self.problem.model, self.covariance)
 
     def find_least_observable(self, n_directions: int = 3) -> pd.DataFrame:
-        """Return a table of the least observable directions in the state space of the filter, that
-        is, those whose uncertainty at `t_end` is largest relative to the initial uncertainty.
+        """Find the least observable directions in the state space of the filter.
+
+        In these directions, the ratio of the uncertainty at `t_end` to the initial uncertainty is
+        largest.
 
         See `covariance.find_least_observable` for the columns.
 
@@ -477,8 +490,7 @@ class ManeuverPlan(Settings):
         return covariance.find_least_observable(self.problem.model, self.covariance, n_directions)
 
     def compare_with_designs(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
-        """Return a table that compares the accuracy of the plan with that of other designs at the
-        same time, the `t_end` of the plan.
+        """Compare the accuracy of the plan with that of other designs at `t_end`.
 
         Parameters
         ----------

@@ -31,8 +31,9 @@ PROBLEM = "attitude"
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Solutions of an optimization run: the nondominated designs, their objectives, and the problem
-    that was solved.
+    """Nondominated solutions of an optimization run, with the problem that the run solved.
+
+    If no solution of the run is feasible, the solutions nearest to feasibility take their place.
 
     Attributes
     ----------
@@ -62,8 +63,8 @@ class Front:
     is_feasible: bool = True
 
     def select_plan(self, choice: Choice | float) -> ManeuverPlan:
-        """Return one solution as a plan, selected by a rule such as "knee" or by its convergence
-        time.
+        """Select one solution by a rule such as "knee" or by its convergence time, and return its
+        plan.
 
         Parameters
         ----------
@@ -85,7 +86,9 @@ class Front:
         return self.get_solution(self.find_row(choice))
 
     def get_solution(self, number: int) -> ManeuverPlan:
-        """Return one solution as a plan, given its row in ``front.csv``, counted from 0.
+        """Return the plan of the solution in a given row of ``front.csv``.
+
+        Rows are counted from 0.
 
         Objectives and nominal results are taken from the run folder instead of being computed.
 
@@ -114,10 +117,7 @@ class Front:
         return plan
 
     def find_row(self, choice: Choice | float) -> int:
-        """Return the row index of one solution in ``front.csv``, selected by a rule such as "knee"
-        or by its convergence time.
-
-        The choices are those of `select_plan`.
+        """Return the row in ``front.csv`` of the solution that `select_plan` would select.
 
         Returns
         -------
@@ -135,8 +135,9 @@ class Front:
 
     @cached_property
     def _rows_by_time(self) -> tuple[Ints, Floats]:
-        """Row indices of the solutions that are nondominated in t_end and trace, in ascending order
-        of t_end, and the t_end of each.
+        """Row numbers of the solutions that are nondominated in t_end and trace, and their t_end.
+
+        The solutions are in ascending order of t_end.
         """
         F = self.F
         if self.problem.objectives != PAPER_OBJECTIVES:

@@ -28,7 +28,7 @@ _CLOCK_RANGE = 2**32
 
 
 def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID) -> bytes:
-    """Return the attitude history of a plan as the bytes of a SPICE C-kernel of type 3.
+    """Return the attitude history of a plan as a SPICE C-kernel of type 3.
 
     Each phase is a segment with attitudes and angular velocities. The structure is ``1000
     naif_id``, the base frame is J2000, and the clock is that of `format_sclk`.
@@ -95,8 +95,7 @@ def build_ck(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID
 
 
 def format_sclk(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
-    """Return the text of the SPICE spacecraft clock kernel that is needed to read the C-kernel of a
-    plan.
+    """Return the spacecraft clock kernel that SPICE needs to read the C-kernel of a plan.
 
     The clock counts microseconds from the epoch of the plan.
 

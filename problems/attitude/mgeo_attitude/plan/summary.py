@@ -10,9 +10,7 @@ from mgeo_attitude.view.summaries import describe_ends
 
 
 def describe_plan(plan: ManeuverPlan) -> list[str]:
-    """Return sentences on the convergence time, the attitude accuracy and the constraints of a
-    plan.
-    """
+    """Summarize the convergence time, accuracy and constraints of a plan in a few sentences."""
     (end,) = describe_ends(plan.view)
     first = [f"{end}.", *_describe_accuracy(plan)]
     second = [*_describe_hold(plan), *_describe_constraints(plan)]
@@ -51,8 +49,9 @@ def _describe_constraints(plan: ManeuverPlan) -> list[str]:
 
 
 def list_warnings(plan: ManeuverPlan) -> list[str]:
-    """Return one sentence for each warning: calibration parameters that the plan hardly improves,
-    and modeling assumptions.
+    """Return warnings about a plan, one sentence each.
+
+    The warnings concern errors that the plan hardly reduces, and modeling assumptions.
     """
     errors = plan.list_uncalibrated_errors()
     lines = []
@@ -65,8 +64,9 @@ def list_warnings(plan: ManeuverPlan) -> list[str]:
 
 
 def warn_of_late_convergence(plan: ManeuverPlan) -> list[str]:
-    """Return a list with one sentence if a plan without robust objectives converges later in Monte
-    Carlo runs than in the nominal run, otherwise an empty list.
+    """Return a warning if a plan converges later in Monte Carlo runs than in its nominal run.
+
+    The list is empty if no warning is needed, or if the objectives of the plan are robust.
     """
     (monte_carlo_t_end,) = plan.view.monte_carlo_t_end
     if plan.scenario.monte_carlo or not monte_carlo_t_end > plan.t_end:

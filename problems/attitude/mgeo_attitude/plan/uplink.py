@@ -19,7 +19,7 @@ _TIME_DIGITS = 6
 
 
 def list_commands(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return a table of the body-rate commands that execute a plan, one row per command.
+    """Return a table of the body-rate commands that execute a plan, with one row per command.
 
     A command applies until the next command starts. A ramp belongs to the command that it leads to:
     the rates are commanded at the start of the ramp. The maneuvers are followed by the

@@ -67,8 +67,9 @@ def calibrate(
     *,
     gate: float = GATE_PROBABILITY,
 ) -> Calibration:
-    """Estimate attitude, gyro bias and sensor calibration parameters from telemetry, test the
-    estimates for statistical consistency, and return the calibration.
+    """Estimate the attitude and the calibration parameters of gyro and sensors from telemetry.
+
+    The returned calibration includes tests of its statistical consistency.
 
     No prior attitude is needed. The initial 1-sigmas of the parameters, noise, orbit and eclipses
     come from the scenario; a scenario that continues a calibration provides its estimates as the
@@ -138,8 +139,7 @@ def calibrate(
 def _calibrate_without_fit(
     scenario: Scenario, telemetry: Telemetry, data: Batch, prior: PriorEstimate, error: FitError
 ) -> Calibration:
-    """Return a calibration without outlier rejection for telemetry whose regular fit did not
-    converge. Raise CalibrationError if a cause is found.
+    """Calibrate without outlier rejection after the regular fit has failed to converge.
 
     Raises
     ------
@@ -163,8 +163,9 @@ def _calibrate_without_fit(
 
 
 def _estimate_gyro_walk(scenario: Scenario, telemetry: Telemetry) -> float | None:
-    """Return the angle random walk [deg/sqrt(h)] that would make the fit consistent with the
-    telemetry, or None if a larger gyro noise does not help.
+    """Estimate the angle random walk [deg/sqrt(h)] of a gyro that is noisier than declared.
+
+    Return None if a larger gyro noise does not make the fit consistent with the telemetry.
     """
     noisy = dataclasses.replace(scenario, gyro=scale_noise(scenario.gyro, _RETRY_NOISE_FACTOR))
     try:
@@ -238,8 +239,9 @@ def _build_calibration(
 
 
 def _refit_all_readings(prior: PriorEstimate, fit_result: Fit) -> Fit:
-    """Return the given fit, or a fit without outlier rejection if a sensor has too many
-    outliers.
+    """Repeat a fit without outlier rejection if it rejected too many readings of a sensor.
+
+    Return the given fit if no sensor has too many outliers, or if the new fit does not converge.
     """
     counts = fit_result.solution.is_used.sum(axis=1) + fit_result.is_rejected.sum(axis=1)
     if not (fit_result.is_rejected.sum(axis=1) > MAX_OUTLIER_FRACTION * counts).any():
@@ -249,8 +251,9 @@ def _refit_all_readings(prior: PriorEstimate, fit_result: Fit) -> Fit:
 
 
 def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Floats, Floats]:
-    """Return the state estimate and its covariance matrix at the last sample, in which considered
-    states keep their prior.
+    """Return the state estimate and its covariance matrix at the last sample.
+
+    The estimates of considered states are replaced by their propagated prior.
 
     Parameters
     ----------
@@ -278,8 +281,7 @@ def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Float
 def reset_considered_states(
     prior: PriorEstimate, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the states and the covariance at the last sample after the estimates of the considered
-    states are replaced by their propagated prior.
+    """Replace the estimates of considered states by their prior, propagated to the last sample.
 
     The smoother weights all readings at once. Errors of the best estimate are independent of the
     readings, so that estimating the considered states does not degrade the other states or their
@@ -313,8 +315,10 @@ def reset_considered_states(
 
 
 def _propagate_prior(prior: PriorEstimate, solution: Solution) -> tuple[Floats, Floats]:
-    """Return two arrays with one element per state: the factor by which the prior decays until the
-    last sample, and the variance that process noise adds.
+    """Compute how the prior of each state evolves until the last sample.
+
+    Return two arrays with one element per state: the factor by which the prior decays, and the
+    variance that process noise adds.
     """
     parts, batch = solution.partition, solution.batch
     decay_factors, added_variances = np.ones_like(prior.sigma), np.zeros_like(prior.sigma)
@@ -355,9 +359,7 @@ def _list_outliers(fit_result: Fit) -> tuple[tuple[float, str, float], ...]:
 
 
 def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
-    """Return notes for the user, one line each, on quantized readings and on isolated spikes of the
-    gyro.
-    """
+    """Return notes on quantized readings and on isolated spikes of the gyro, one line each."""
     at, _ = select_gyro_samples(telemetry)
     sigma = compute_rate_sigma(data.suite, compute_median_step(at))
     quantization = {

@@ -44,8 +44,10 @@ _UNOBSERVED_RATIO = 0.9
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
-    """Result of a calibration: attitude and calibration parameters estimated at the last sample of
-    telemetry, their covariance and the consistency tests.
+    """Result of a calibration: estimates at the last sample, their covariance, and consistency
+    tests.
+
+    The estimates are the attitude and the calibration parameters.
 
     Attributes
     ----------
@@ -108,8 +110,9 @@ class Calibration:
 
     @property
     def suite(self) -> Suite:
-        """Sensor suite of the scenario: gyro, sensors and environment model errors. Its states are
-        the states of the calibration.
+        """Gyro, sensors and environment model errors of the scenario.
+
+        The states of this suite are the states of the calibration.
         """
         return self.scenario.suite
 
@@ -120,11 +123,11 @@ class Calibration:
 
     @property
     def attitude_sigma_deg(self) -> float:
-        """1-sigma of the attitude at the last sample about the worst body axis [deg]."""
+        """1-sigma of the attitude about the worst body axis at the last sample [deg]."""
         return float(np.degrees(np.sqrt(np.diag(self.covariance)[:3].max())))
 
     def build_table(self) -> pd.DataFrame:
-        """Return the estimated calibration parameters as a table with one row per parameter and
+        """Return a table of the estimated calibration parameters with one row per parameter and
         axis.
 
         Columns: ``block``, ``axis``, ``unit``, ``estimate``, ``sigma`` (1-sigma of the estimate)
@@ -144,8 +147,10 @@ class Calibration:
         return pd.DataFrame(rows, columns=columns)
 
     def build_requirement_table(self) -> pd.DataFrame:
-        """Return the required 1-sigmas of the scenario as a table with one row per requirement,
-        indexed by block. The table is empty if the scenario requires none.
+        """Return a table that compares the achieved 1-sigmas with those that the scenario requires.
+
+        The index contains the state blocks with a requirement, so that the table is empty for a
+        scenario without requirements.
 
         Columns: ``unit`` as in `build_table`; ``required`` and ``achieved`` 1-sigma, the latter of
         the worst axis at the last sample; and ``satisfied``. No requirement is satisfied by an
@@ -168,8 +173,9 @@ class Calibration:
         return pd.DataFrame(list(rows.values()), pd.Index(list(rows), name="block"), columns)
 
     def compute_corrections(self) -> dict[str, Any]:
-        """Return the parameters with which the satellite corrects raw readings, as a nested dict:
-        name of the gyro or sensor, then name of the parameter.
+        """Return the parameters with which the on-board software corrects raw readings.
+
+        The dict maps the name of the gyro or of a sensor to a dict of its parameters.
 
         A sensor reports R (I + diag k + N) s + b for a vector s in the body frame, and the gyro for
         the body rate. ``dcm`` is R in row-major order, and ``quaternion`` the same rotation from
@@ -183,8 +189,9 @@ class Calibration:
 
     @property
     def failures(self) -> list[Failure]:
-        """Failed consistency tests, the most likely cause first. The list is empty for a consistent
-        calibration.
+        """Failed consistency tests, starting with the most likely cause of the inconsistency.
+
+        The list is empty for a consistent calibration.
 
         `data_faults` come first. Contradictions of the prior and unmodeled errors follow, starting
         with the group of the largest chi-square. Failed innovation tests come last, because an
@@ -223,15 +230,15 @@ class Calibration:
 
     @property
     def is_consistent(self) -> bool:
-        """True if the tests of the innovations, of the prior and of the model pass, and no check
-        finds a fault in the data.
-        """
+        """True if no consistency test fails and no check finds a fault in the telemetry."""
         return not self.failures
 
     @property
     def conclusion(self) -> str:
-        """Verdict for the user: the telemetry is consistent, or the first failed test with its
-        likely cause and what to do.
+        """Conclusion of the consistency tests, in one or a few sentences.
+
+        For an inconsistent calibration, the text names the first failed test, its likely cause, and
+        what the user should do.
         """
         if self.is_consistent:
             return CONSISTENT
@@ -315,9 +322,7 @@ class Calibration:
         return pd.DataFrame(list(rows.values()), index=index, columns=columns)
 
     def build_parameters(self) -> list[dict[Any, Any]]:
-        """Return the rows of `build_table` as JSON-serializable dicts, with their values also in SI
-        units.
-        """
+        """Return the rows of `build_table` as JSON-serializable dicts with additional SI values."""
         table = self.build_table()
         units, factors = zip(*map(convert_to_si, table["unit"]), strict=True)
         for name in ("estimate", "sigma", "prior_sigma"):
@@ -325,8 +330,9 @@ class Calibration:
         return table.assign(unit_si=units).to_dict("records")
 
     def list_uncalibrated(self) -> dict[str, str]:
-        """Return the reason why a parameter or an error is not calibrated, as a dict from its name
-        to the reason.
+        """List the parameters, model errors and sensors that are not calibrated.
+
+        The dict maps each name to the reason.
         """
         table = self.build_table().groupby("block", sort=False)[["sigma", "prior_sigma"]].max()
         ratios = table["sigma"] / table["prior_sigma"]
@@ -353,33 +359,37 @@ class Calibration:
         return reasons
 
     def build_sensor_test_table(self) -> pd.DataFrame:
-        """Return the innovation tests as a table with one row per sensor. Columns are the fields of
-        `SensorTest`.
+        """Return a table of the innovation tests with one row per sensor.
+
+        The columns are the fields of `SensorTest`.
         """
         return tabulate_tests(SensorTest, self.tests, "sensor")
 
     def build_prior_test_table(self) -> pd.DataFrame:
-        """Return the comparison of estimate and prior as a table with one row per state block and
-        one for all states. Columns are the fields of `PriorTest`.
+        """Return a table of the tests that compare the estimates with their prior.
+
+        The table has one row per state block and one row for all states together. The columns are
+        the fields of `PriorTest`.
         """
         return tabulate_tests(PriorTest, self.prior_tests, "block")
 
     def build_model_test_table(self) -> pd.DataFrame:
-        """Return the score tests as a table with one row per unmodeled error. Columns are the
-        fields of `ModelTest`.
+        """Return a table of the score tests with one row per unmodeled error.
+
+        The columns are the fields of `ModelTest`.
         """
         return tabulate_tests(ModelTest, self.model_tests, "name")
 
     def build_outlier_table(self) -> pd.DataFrame:
-        """Return the rejected readings as a table with the columns ``time_s``, ``sensor`` and
-        ``chi_square``.
+        """Return a table of the rejected readings.
+
+        Columns: ``time_s``, ``sensor`` and ``chi_square``.
         """
         return pd.DataFrame(list(self.outliers), columns=["time_s", "sensor", "chi_square"])
 
     @property
     def attitude(self) -> pd.DataFrame:
-        """Smoothed and filtered attitude at every sample, as a table of quaternions and their
-        1-sigma about each body axis.
+        """Table of the smoothed and the filtered attitude at every sample, with 1-sigmas.
 
         Columns: ``time`` [s]; smoothed quaternion ``q1`` to ``q4`` from GCRF to body and 1-sigma
         ``sigma_x`` to ``sigma_z`` about the body axes [deg]; the filtered quaternion and 1-sigma
@@ -407,8 +417,9 @@ class Calibration:
         return pd.DataFrame(columns)
 
     def to_entries(self) -> dict[str, Any]:
-        """Return the scenario, the estimates and their covariance as a JSON-serializable dict,
-        from which a follow-up scenario can be built.
+        """Convert the scenario, the estimates and their covariance to a JSON-serializable dict.
+
+        A follow-up scenario can be built from this dict.
         """
         states = self.states.reshape(-1, 3)[1:].tolist()
         return {
@@ -421,8 +432,7 @@ class Calibration:
         }
 
     def build_followup_scenario(self, changes: Mapping[str, Any] | None = None) -> Scenario:
-        """Return a scenario that starts at the last sample, with the estimates and the covariance
-        of this calibration as its prior.
+        """Return a scenario that continues from the last sample of this calibration.
 
         The epoch of the scenario is the last sample. Its `Scenario.prior` contains attitude, rate,
         estimates and the full covariance. A later ``epoch`` may be given in the changes: the
@@ -446,8 +456,7 @@ class Calibration:
         return Scenario.from_dict({**(changes or {}), "after": document})
 
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
-        """Return a table that compares the achieved 1-sigma of each state with the 1-sigma that a
-        plan predicted.
+        """Compare the achieved 1-sigma of each state with the 1-sigma that a plan predicted.
 
         Parameters
         ----------
@@ -503,8 +512,9 @@ class Calibration:
         return result
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Return Plotly figures as a dict: the estimates under ``parameters`` and, unless the
-        calibration was read from a file, ``innovations`` and ``attitude``.
+        """Return a dict of Plotly figures: ``parameters``, ``innovations`` and ``attitude``.
+
+        A calibration that was read from a file only has the figure ``parameters``.
         """
         from mgeo_calibration.calibration.figures import draw_calibration_figures
 

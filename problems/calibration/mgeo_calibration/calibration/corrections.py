@@ -34,8 +34,9 @@ _SI_UNITS = {
 
 
 def compute_corrections(suite: Suite, states: Floats) -> dict[str, Any]:
-    """Return the parameters that correct raw readings, as a dict by name of the gyro or sensor; see
-    `Calibration.compute_corrections`.
+    """Return the parameters that correct the raw readings of the gyro and of each sensor.
+
+    See `Calibration.compute_corrections` for the contents of the dict.
 
     Parameters
     ----------
@@ -106,31 +107,34 @@ def find_bias_unit(owner: Gyro | Sensor) -> Unit:
 
 
 def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
-    """Return the telemetry unit of the error to which a bias sensitivity applies: the unit of the
-    bias, or degrees for a misalignment.
+    """Return the telemetry unit of the bias or misalignment to which a bias sensitivity applies.
+
+    The unit is that of the bias, or degrees for a misalignment.
     """
     return find_bias_unit(owner) if sensitivity.error == "bias" else DEG
 
 
 def find_innovation_unit(sensor: Sensor) -> Unit:
-    """Return the unit in which the innovations of a sensor are reported: degrees for a sensor that
-    measures a direction or an attitude, otherwise the unit of its readings.
+    """Return the unit in which the innovations of a sensor are reported.
+
+    Innovations of directions and attitudes are angles in degrees. Other innovations have the unit
+    of the readings.
     """
     is_scalar, unit = len(sensor.telemetry_suffixes) == 1, sensor.telemetry_unit
     return DEG if unit == DIMENSIONLESS and not is_scalar else unit
 
 
 def format_label(name: str) -> str:
-    """Format the name of a state block or of a state for display, such as ``gyro bias``."""
+    """Format the name of a state or a state block for display, for example ``gyro bias``."""
     owner, _, state = name.rpartition(".")
     label = f"{owner} {state.replace('_', ' ')}" if owner else name
     return label.removeprefix("environment_errors ")
 
 
 def convert_to_si(unit: str) -> tuple[str, float]:
-    """Return the SI unit of a unit for display such as ``deg/h``, and the factor of the conversion.
+    """Return the SI unit that replaces a display unit such as ``deg/h``, and the conversion factor.
 
-    The denominator of a bias sensitivity, such as ``degC`` in ``nT per degC``, stays.
+    The denominator of a bias sensitivity, such as ``degC`` in ``nT per degC``, is not converted.
     """
     numerator, per, denominator = unit.partition(" per ")
     si_unit, factor = _SI_UNITS[numerator]
@@ -138,8 +142,9 @@ def convert_to_si(unit: str) -> tuple[str, float]:
 
 
 def convert_block(suite: Suite, states: Floats, block: str) -> Floats:
-    """Return the three components of a state block in its unit for display, with rotations as
-    rotation vectors.
+    """Convert the three components of a state block to its display unit.
+
+    Rotations are converted to rotation vectors.
     """
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]

@@ -19,8 +19,9 @@ EXPLANATORY_CHECKS = ("repeated samples", "repeated numbers")
 
 
 def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> CheckResults:
-    """Run all checks of telemetry that need no attitude, and return a dict from the name of each
-    check to its findings, one line of text each.
+    """Run all checks of the telemetry that do not need an attitude.
+
+    Return a dict that maps the name of each check to its findings, one line of text each.
 
     Parameters
     ----------
@@ -33,8 +34,9 @@ def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> 
 
 
 def list_data_faults(checks: CheckResults) -> tuple[str, ...]:
-    """Return the findings of all checks in one tuple, one line of text each, the most reliable
-    check first.
+    """List the findings of all checks, starting with the most reliable check.
+
+    Each finding is one line of text.
     """
     return tuple(finding for findings in checks.values() for finding in findings)
 

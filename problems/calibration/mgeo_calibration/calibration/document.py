@@ -40,8 +40,9 @@ def build_document(calibration: Calibration) -> dict[str, Any]:
 
 
 def from_json(text: str) -> Calibration:
-    """Return the calibration that the JSON text of a calibration file describes. It has no attitude
-    history, because files do not contain one.
+    """Read a calibration from the JSON text of a calibration file.
+
+    The calibration has no attitude history, because files do not contain it.
 
     Raises
     ------
@@ -52,8 +53,9 @@ def from_json(text: str) -> Calibration:
 
 
 def read_json(path: Path | str) -> Calibration:
-    """Return the calibration in a JSON file. It has no attitude history, because files do not
-    contain one.
+    """Read a calibration from a JSON file.
+
+    The calibration has no attitude history, because files do not contain it.
 
     Raises
     ------
@@ -78,8 +80,9 @@ def _collect_keys(calibration: Calibration) -> dict[str, Any]:
 
 
 def summarize(calibration: Calibration) -> dict[str, Any]:
-    """Return the derived keys of a calibration document: the verdict, requirements,
-    parameters and tests.
+    """Return the derived entries of a calibration document, such as the verdict.
+
+    These entries can be computed from the other entries of the document.
     """
     return {
         "conclusion": calibration.conclusion,

@@ -27,8 +27,9 @@ N_POINTS = 1500
 def draw_calibration_figures(
     table: pd.DataFrame, prior: Floats, sensors: Sequence[str], history: History | None
 ) -> dict[str, go.Figure]:
-    """Return Plotly figures as a dict: the estimates under ``parameters`` and, if an attitude
-    history is given, ``innovations`` and ``attitude``.
+    """Return a dict of Plotly figures: ``parameters``, ``innovations`` and ``attitude``.
+
+    Without an attitude history, the dict only contains the figure ``parameters``.
 
     Parameters
     ----------

@@ -67,15 +67,17 @@ _AXES_ERRORS = {
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Hypothesis of a score test: the telemetry contains an error that the scenario does not model.
-    The action of the hypothesis usually names the scenario key that models the error.
+    """Hypothesis that the telemetry contains an error that the scenario does not model.
+
+    A score test decides whether the hypothesis is accepted.
 
     Attributes
     ----------
     name : str
         Gyro or sensor, and error: for example ``mag.latency``.
     action : str
-        What the user should do if the error exists, as an imperative.
+        What the user should do if the error exists, as an imperative. Usually names the scenario
+        key that models the error.
     describe : function
         Formats the estimate of a score with its 1-sigma and unit.
     options : tuple of ModelError or ModelErrorCombination
@@ -107,8 +109,9 @@ class Hypothesis:
 def build_hypotheses(
     solution: Solution, channels: Mapping[str, Floats], has_gyro: bool = True
 ) -> dict[str, Hypothesis]:
-    """Return the hypotheses that can be tested on a converged fit, one per unmodeled error, as a
-    dict by name such as ``mag.latency``.
+    """Return the hypotheses that can be tested on a converged fit, one per unmodeled error.
+
+    The dict maps names such as ``mag.latency`` to hypotheses.
 
     Parameters
     ----------
@@ -141,9 +144,10 @@ def build_hypotheses(
 def select_correlated_channels(
     telemetry: Telemetry, data: Batch, innovations: Sequence[Innovations]
 ) -> tuple[dict[str, Floats], int]:
-    """Return the housekeeping channels that correlate most strongly with the innovations, and the
-    number of channels left out. The channels are a dict of arrays, interpolated to the samples of
-    the fit.
+    """Select the housekeeping channels that correlate most strongly with the innovations.
+
+    Return the selected channels as a dict of arrays, interpolated to the samples of the fit, and
+    the number of omitted channels. Constant channels are ignored.
     """
     result = {}
     for name, values in telemetry.housekeeping.items():
@@ -161,8 +165,9 @@ def select_correlated_channels(
 
 
 def has_sensitivity(owner: Gyro | Sensor, column: str, error: str = "bias") -> bool:
-    """Return True if the scenario contains a bias sensitivity of the gyro or sensor to a
-    housekeeping channel, for the given kind of error.
+    """Return True if a gyro or sensor has a bias sensitivity to a housekeeping channel.
+
+    Only sensitivities of the given kind of error are considered.
     """
     return any(
         find_channel([column], each.channel)
@@ -172,7 +177,10 @@ def has_sensitivity(owner: Gyro | Sensor, column: str, error: str = "bias") -> b
 
 
 def _set_key(key: str, fit_key: str | None = None) -> str:
-    """Format the action of setting a scenario key, or of estimating the state with --fit."""
+    """Return an instruction that tells the user to set a scenario key.
+
+    With `fit_key`, the instruction also suggests the option ``--fit``.
+    """
     return f"set {key} in the scenario" + (f", or try --fit {fit_key}" if fit_key else "")
 
 
@@ -379,8 +387,9 @@ def _build_channel_hypothesis(
 
 
 def format_with_sigma(value: float, sigma: float) -> str:
-    """Return a value and its 1-sigma as text such as ``0.124 ± 0.003``, with the value rounded to
-    the leading digit of the 1-sigma.
+    """Format a value and its 1-sigma as text, such as ``0.124 ± 0.003``.
+
+    The value is rounded to the leading digit of the 1-sigma.
     """
     if not 0.0 < sigma < np.inf:
         return f"{value:.2g} ± {sigma:.1g}"
@@ -423,8 +432,9 @@ def _scale_channel(channel: Floats) -> Floats:
 
 
 def _evaluate_offset(profiles: Sequence[model_errors.Profile], score: Score) -> Floats:
-    """Return the time history of the sensor or gyro offset that a score test estimates, with one
-    row for each time in `_TIME_FRACTIONS`.
+    """Return the time history of a gyro or sensor offset that a score test estimates.
+
+    The array has one row for each time in `_TIME_FRACTIONS`.
     """
     path: Floats = profiles[score.alternative](_TIME_FRACTIONS) @ score.estimate.reshape(-1, 3)
     return path
@@ -437,8 +447,9 @@ def _compute_range(profiles: Sequence[model_errors.Profile], score: Score) -> fl
 def _find_change_time(
     times: Floats, profiles: Sequence[model_errors.Profile], score: Score
 ) -> float:
-    """Return the time in seconds at which an estimated offset changes fastest. For an offset that
-    changes at a constant rate, return the middle of the data.
+    """Return the time [s] at which an estimated offset changes fastest.
+
+    For an offset that changes at a constant rate, return the middle of the data.
     """
     speed = np.linalg.norm(np.diff(_evaluate_offset(profiles, score), axis=0), axis=1)
     fastest = np.flatnonzero(speed >= 0.999 * speed.max())

@@ -47,8 +47,9 @@ def calibrate_magnetometers(
     telemetry: Telemetry | pd.DataFrame | Path | str,
     mapping: TelemetryMapping | None = None,
 ) -> Calibration:
-    """Estimate the bias, scale factor and non-orthogonality of each magnetometer from the measured
-    field strength, which needs no attitude, and return the calibration.
+    """Calibrate each magnetometer from the measured field strength alone, without an attitude.
+
+    The estimated errors are bias, scale factor and non-orthogonality.
 
     A scale factor or non-orthogonality is estimated only if the scenario contains its state. All
     other states, the attitude and the rate keep their prior, so that a scenario can continue from

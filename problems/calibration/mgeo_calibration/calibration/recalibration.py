@@ -48,8 +48,9 @@ def recalibrate(
     telemetry: Telemetry,
     keys: Sequence[str],
 ) -> Calibration:
-    """Repeat a calibration from the same telemetry with additional states, with sensor noise
-    estimated from the innovations, or both. Return the new calibration.
+    """Repeat a calibration with additional states, with estimated sensor noise, or with both.
+
+    The telemetry is the same, and the noise is estimated from the innovations.
 
     Parameters
     ----------
@@ -77,8 +78,9 @@ def recalibrate(
 def add_states(
     scenario: Scenario, keys: Sequence[str], housekeeping: Mapping[str, Floats]
 ) -> Scenario:
-    """Return a copy of a scenario that additionally estimates the given errors of the gyro or the
-    sensors, each with a typical initial 1-sigma.
+    """Return a copy of a scenario that estimates additional errors of the gyro or the sensors.
+
+    Each added state has a typical initial 1-sigma.
 
     Parameters
     ----------
@@ -122,8 +124,9 @@ def add_states(
 
 
 def list_addable_states(scenario: Scenario) -> dict[str, str]:
-    """Return the states that a scenario could additionally estimate, as a dict from names such as
-    ``mag.scale_factor`` to the scenario key that adds the state.
+    """List the states that can be added to a scenario.
+
+    The dict maps names such as ``mag.scale_factor`` to the scenario keys that add the states.
     """
     result = {}
     owners: tuple[Any, ...] = (scenario.gyro, *scenario.sensors)
@@ -139,8 +142,9 @@ def list_addable_states(scenario: Scenario) -> dict[str, str]:
 def list_addable_sensitivities(
     scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
-    """Return the bias sensitivities to housekeeping channels that a scenario could additionally
-    estimate, as a dict by name such as ``mag.temp``.
+    """List the sensitivities to housekeeping channels that can be added to a scenario.
+
+    The dict maps names such as ``mag.temp`` to bias sensitivities.
     """
     result: dict[str, tuple[BiasSensitivity, ...]] = {}
     owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
@@ -180,8 +184,9 @@ def list_addable_sensitivities(
 
 
 def update_noise(calibration: Calibration) -> Scenario:
-    """Return a copy of the scenario of a calibration in which the noise of each sensor is scaled so
-    that its mean normalized innovation squared becomes 1.
+    """Scale the noise of each sensor so that its mean normalized innovation squared becomes 1.
+
+    Return a copy of the scenario of the calibration with the scaled noise.
     """
     factors = {test.sensor: float(np.sqrt(test.nis)) for test in calibration.tests}
     sensors = tuple(
@@ -192,8 +197,9 @@ def update_noise(calibration: Calibration) -> Scenario:
 
 
 def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFrame:
-    """Return a table with the estimates and 1-sigmas of two calibrations side by side, with one row
-    per state of the second calibration.
+    """Return a table with the estimates and 1-sigmas of two calibrations side by side.
+
+    The table has one row per calibration parameter and axis of the second calibration.
 
     The column ``change / sigma [-]`` is the difference in units of the second 1-sigma. A state that
     the first calibration lacks is compared with zero.
@@ -219,9 +225,7 @@ def compare_calibrations(first: Calibration, second: Calibration) -> pd.DataFram
 
 
 def describe_noise(calibration: Calibration) -> str:
-    """Return the declared noise of all sensors as one line of text, such as
-    ``mag.noise_nt = 300``.
-    """
+    """Format the declared noise of all sensors as one line, such as ``mag.noise_nt = 300``."""
     return ", ".join(
         f"{sensor.name}.{name} = {_format_sigma(getattr(sensor, name))}"
         for sensor in calibration.scenario.sensors

@@ -17,8 +17,9 @@ from mgeo_calibration.calibration.sections import (
 
 
 def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None) -> str:
-    """Return an HTML page with the verdict, the parameters, their figure and the tests of a
-    calibration, followed by details. The page loads no external resources.
+    """Return the report of a calibration as an HTML page that loads no external resources.
+
+    The page starts with the verdict, the parameters and the tests, followed by details.
 
     Parameters
     ----------

@@ -33,8 +33,9 @@ _STATISTIC_FORMATS = {
 def build_summary_sections(
     calibration: Calibration, predicted: pd.DataFrame | None = None
 ) -> list[Section]:
-    """Return the sections of the first page: parameters, comparison with a plan, tests, further
-    findings, and what is not calibrated. Sections without content are omitted.
+    """Return the sections on the first page of a report, such as parameters and tests.
+
+    Sections without content are omitted.
 
     Parameters
     ----------
@@ -90,8 +91,8 @@ def build_summary_sections(
 def build_detail_sections(
     calibration: Calibration, predicted: pd.DataFrame | None = None
 ) -> list[Section]:
-    """Return the sections after the first page: every axis, residuals, and each test of the prior
-    and of unmodeled errors, and the outliers.
+    """Return the detailed sections after the first page of a report, such as residuals and
+    outliers.
 
     Parameters
     ----------
@@ -164,8 +165,9 @@ def build_detail_sections(
 
 
 def build_prediction_section(predicted: pd.DataFrame, *, by_axis: bool) -> Section:
-    """Return the comparison of predicted and achieved 1-sigmas, for every axis or for the worst
-    axis of each quantity.
+    """Return a section that compares the predicted with the achieved 1-sigmas.
+
+    The rows are all axes or, if `by_axis` is false, the worst axis of each quantity.
 
     Parameters
     ----------
@@ -196,9 +198,7 @@ def build_prediction_section(predicted: pd.DataFrame, *, by_axis: bool) -> Secti
 
 
 def build_recalibration_section(first: Calibration, second: Calibration) -> Section:
-    """Return the comparison of a calibration with its repetition with more states or with
-    estimated noise.
-    """
+    """Return a section that compares a repeated calibration with the first calibration."""
     rows = []
     for row in compare_calibrations(first, second).reset_index().to_dict("records"):
         old, sigma = row["estimate before"], row["sigma"]
@@ -224,7 +224,7 @@ def build_recalibration_section(first: Calibration, second: Calibration) -> Sect
 
 
 def format_with_decimals(value: float, sigma: float) -> str:
-    """Format an estimate with the decimals of the second significant digit of its 1-sigma."""
+    """Round an estimate to the second significant digit of its 1-sigma, and format it as text."""
     decimals = 1 - math.floor(math.log10(sigma)) if sigma > 0.0 else _MAX_DECIMALS
     if decimals > _MAX_DECIMALS:
         return f"{value:.2e}"
@@ -248,8 +248,9 @@ def _build_parameter_table(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
-    """Return the equations that correct readings with the estimated parameters, and where to find
-    the numbers for the satellite.
+    """Return lines of text with the equations that correct readings.
+
+    The last line states where the file of the calibration contains the numbers.
     """
     blocks = calibration.suite.blocks
     states = {state for owner, _, state in (b.partition(".") for b in blocks) if owner != "gyro"}
@@ -280,8 +281,9 @@ def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
 
 
 def describe_requirements(calibration: Calibration) -> str:
-    """Return a sentence that says whether a consistent calibration satisfies the required 1-sigmas
-    of its scenario, or an empty string without requirements.
+    """Return a sentence on whether the calibration satisfies the required 1-sigmas.
+
+    The text is empty without requirements or if the calibration is inconsistent.
     """
     table = calibration.build_requirement_table()
     if table.empty or not calibration.is_consistent:
@@ -317,7 +319,7 @@ def _build_requirement_sections(calibration: Calibration) -> list[Section]:
 
 
 def _select_tests(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the failed tests, and the test of each kind that is closest to its bound."""
+    """Select all failed tests and, for each kind of test, the one closest to its bound."""
     ratio = table["value"] / table["bound_value"]
     closest = ratio.groupby(lambda name: name.partition(" of ")[0]).idxmax()
     return table[~table["is_passed"] | table.index.isin(closest)]

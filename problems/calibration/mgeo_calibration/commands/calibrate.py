@@ -41,8 +41,9 @@ FILES = {
 
 
 def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
-    """Return the scenario that the option --scenario names, a file or a preset. Without this
-    option, return the scenario of the plan.
+    """Return the scenario selected by the option ``--scenario``, which is a file or a preset.
+
+    Without this option, return the scenario of the plan.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def select_scenario(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 def load_optional_plan(
     source: Path | None, pick: str | None, time: float | None, solution: int | None
 ) -> SelectedPlan | None:
-    """Load the plan that the option --plan names, or return None without this option.
+    """Load the plan selected by the option ``--plan``, or return None without this option.
 
     Raises
     ------
@@ -94,8 +95,10 @@ def load_optional_plan(
 
 
 def validate_folder(folder: Path, overwrite: bool) -> None:
-    """Raise OSError if an output folder is not writable, or if it contains output files that must
-    not be overwritten.
+    """Check that an output folder is writable and that no file in it would be overwritten.
+
+    Files may be overwritten if `overwrite` is true. Otherwise, an existing output file raises
+    OSError.
     """
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is not a folder: choose another name")
@@ -108,8 +111,9 @@ def validate_folder(folder: Path, overwrite: bool) -> None:
 def write_calibration(
     calibration: Calibration, predicted: pd.DataFrame | None, folder: Path
 ) -> list[str]:
-    """Write the tables, the report and the JSON document of a calibration to a folder, and return
-    the paths of the written files.
+    """Write the tables, the report and the JSON document of a calibration to a folder.
+
+    Return the paths of the written files.
     """
     from mgeo_calibration.calibration.report import build_report
 
@@ -137,8 +141,7 @@ def print_calibration(
     *,
     has_details: bool,
 ) -> None:
-    """Print the verdict, parameters, tests and findings of a calibration, the written files and the
-    next command.
+    """Print the results of a calibration, the paths of the written files, and the next command.
 
     Parameters
     ----------
@@ -179,7 +182,7 @@ def print_calibration(
 
 
 def print_checks(error: CalibrationError, output: Output) -> None:
-    """Print the findings of the attitude-independent checks after a calibration has failed."""
+    """Print the findings of the attitude-independent checks after a failed calibration."""
     lines = [
         f"- {name}: {'; '.join(findings) or 'passed'}." for name, findings in error.checks.items()
     ]
@@ -192,8 +195,9 @@ def print_checks(error: CalibrationError, output: Output) -> None:
 def build_calibration_document(
     calibration: Calibration, predicted: pd.DataFrame | None, files: list[str]
 ) -> dict[str, Any]:
-    """Return a calibration as a JSON-serializable dict, the verdict first, with its comparison to a
-    plan and the list of written files.
+    """Return the JSON output of ``mgeo attitude calibrate`` as a dict that starts with the verdict.
+
+    The output also contains a comparison with a plan and the paths of the written files.
     """
     entries: CalibrationOutput = {
         "predicted": [] if predicted is None else build_records(predicted),

@@ -23,7 +23,7 @@ def simulate_plan(
     seed: int,
     initial_truth: Truth | None = None,
 ) -> Telemetry:
-    """Simulate one run of a plan with the selected simulator, and return the telemetry.
+    """Simulate one run of a plan with the selected simulator, and return its telemetry.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def simulate_plan(
 
 
 def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Section:
-    """Return a comparison of true values with the plan as a section.
+    """Return a section with a table that compares true and planned values.
 
     The columns ``bound_type`` and ``bound_value`` become one text such as ``max 5``. Rows without a
     constraint have empty cells; without any constraint, the table has no columns on constraints.
@@ -100,8 +100,7 @@ def print_simulation(
     files: Mapping[str, str],
     output: Output,
 ) -> None:
-    """Print what was simulated, its comparison with the plan, the written files and the next
-    command.
+    """Print the results of a simulated run, the written files, and the next command.
 
     Parameters
     ----------
