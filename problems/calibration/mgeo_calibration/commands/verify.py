@@ -110,8 +110,8 @@ def build_sections(
                 table=verification.path_constraints.rename(
                     columns=lambda name: name.replace(":", "")
                 ),
-                note="Steered: a controller follows the plan with the estimated attitude. Open "
-                "loop: the planned rates are executed exactly.",
+                note="Steered: a controller keeps the estimated attitude on the planned attitude. "
+                "Open loop: the planned rates are executed exactly.",
             )
         )
     if len(verification.gyro_guidance):
