@@ -15,8 +15,8 @@ from mgeo_calibration.calibration.model_tests import ModelTest
 class PathConstraintRow(TypedDict):
     """Violations of one path constraint in the Monte Carlo runs.
 
-    Steered: a controller follows the plan with the estimated attitude. Open loop: the planned rates
-    are executed exactly.
+    Steered: a controller keeps the estimated attitude on the planned attitude. Open loop: the
+    planned rates are executed exactly.
     """
 
     path_constraint: str

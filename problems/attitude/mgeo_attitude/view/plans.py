@@ -250,8 +250,9 @@ class Plans(View):
         """Time until which each plan keeps the rate of its last maneuver [s], shape (n,).
 
         Without Monte Carlo runs this is the nominal convergence time. With Monte Carlo runs, it is
-        the time at which 90 % of the runs have converged, or the end of the scenario if too few
-        runs converge. It is NaN if the covariance lost positivity.
+        the time at which the requested quantile of the runs, and at least 90 %, have converged, or
+        the end of the scenario if too few runs converge. It is NaN if the covariance lost
+        positivity.
         """
         problem, t_end = self.problem, self.nominal.t_end
         errors = problem.scenario.monte_carlo

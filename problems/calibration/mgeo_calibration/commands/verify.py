@@ -106,8 +106,9 @@ def build_sections(
             Section(
                 "Violations of path constraints in these runs",
                 table=_build_violation_table(verification.path_constraints),
-                note="Steered: a controller holds the estimated attitude on the plan. Open loop: "
-                "the planned rates are executed exactly, and the initial attitude error remains.",
+                note="Steered: a controller keeps the estimated attitude on the planned attitude. "
+                "Open loop: the planned rates are executed exactly, and the initial attitude error "
+                "remains.",
             )
         )
     if len(guidance):
