@@ -106,7 +106,8 @@ class Gyro(Settings):
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h
         expected = (
-            "none without bias_decay, because the Allan deviation of a random walk has no minimum"
+            "bias_decay > 0 in the same table, the inverse correlation time of the bias in 1/s; or "
+            "rate_random_walk in place of bias_instability_deg_per_h"
         )
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, expected)
         walk = expand_per_axis(self.rate_random_walk)
