@@ -33,6 +33,7 @@ def test_violated_constraint_of_view_is_a_warning():
     assert height > 2.5
     assert summary.overview["constraints"].table["margin"].to_dict() == {"height": 2.0 - height}
     assert [line for line in summary.warnings if "height" in line]
+    assert summary.front["violated"].tolist() == [["height"]] * len(summary.front)
 
 
 def test_satisfied_constraints_are_no_warning():

@@ -178,7 +178,7 @@ def _validate_initial_attitude(scenario: Scenario, state: SatelliteState) -> Non
     for i, constraint in enumerate(scenario.path_constraints):
         cone, half_angle = constraint.build_cone(), constraint.half_angle_deg
         sign, bound_text, margin_text = (
-            (1.0, "least", "and") if cone.keep_in else (-1.0, "most", "less")
+            (1.0, "least", "plus") if cone.keep_in else (-1.0, "most", "minus")
         )
         angle, bound = (
             sign
@@ -218,10 +218,8 @@ def _compute_max_wheel_momentum(result: Evaluation, inertia: Floats, allocation:
 
 
 def _build_path_constraint(index: int, constraint: PathConstraint) -> Constraint:
-    sigmas = constraint.attitude_sigmas
-    sign = "plus" if constraint.keep_in else "less"
     angle = Bound(
-        f"{constraint.label} {sign} {sigmas:g} sigma" if sigmas else constraint.label,
+        constraint.bound_label,
         lambda result: result.path_angle[:, index],
         np.radians(constraint.half_angle_deg),
         "deg",
@@ -236,7 +234,7 @@ def _build_required_sigma(scenario: Scenario) -> Constraint:
     required = RequiredSigma(scenario.required_sigma).list_sigmas(suite.units)
     bounds = (
         Bound(
-            f"required 1-sigma of {unit.label}",
+            f"1-sigma of {unit.label}",
             partial(_compute_worst_sigma, index=index),
             sigma,
             unit.unit,

@@ -124,7 +124,7 @@ def _describe_constraints(plan: ManeuverPlan) -> str:
     text = "Margin: distance from the bound; negative if the constraint is violated."
     if any(each.attitude_sigmas for each in plan.scenario.path_constraints):
         text += (
-            ' "less 3 sigma" and "plus 3 sigma": the angle is reduced or increased by three '
+            ' "minus 3 sigma" and "plus 3 sigma": the angle is reduced or increased by three '
             "times the attitude 1-sigma."
         )
     errors = plan.scenario.monte_carlo

@@ -106,6 +106,15 @@ class PathConstraint(Settings):
         preposition = "in" if self.keep_in else "off"
         return f"{DIRECTIONS[self.reference].label} {preposition} {self.name}"
 
+    @property
+    def bound_label(self) -> str:
+        """Name of the constrained angle, such as ``Sun off camera minus 3 sigma``, which includes
+        the margin for the attitude error.
+        """
+        if not self.attitude_sigmas:
+            return self.label
+        return f"{self.label} {'plus' if self.keep_in else 'minus'} {self.attitude_sigmas:g} sigma"
+
     def build_cone(self) -> Cone:
         """Return the cone of the constraint, with its half-angle in rad."""
         half_angle = math.radians(self.half_angle_deg)
