@@ -166,8 +166,8 @@ class ProblemRow(ProblemSize):
     """Package that contains the problem."""
     version: str
     """Version of the package."""
-    presets: list[str]
-    """Names of the presets for `--scenario`."""
+    presets: dict[str, str]
+    """Descriptions of the presets for `--scenario`, by name."""
     error: str | None
     """Reason why the problem cannot be loaded, otherwise null."""
 

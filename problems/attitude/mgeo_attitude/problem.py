@@ -41,6 +41,7 @@ from mgeo_attitude.refine.local_refinement import iterate_refinement
 from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.scenario.housekeeping import check_channels
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.toml import PRESETS
 
 if TYPE_CHECKING:
     from mgeo_attitude.view.maneuver_view import ManeuverView
@@ -104,6 +105,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     obj_labels: tuple[str, ...]
     constraint_names: tuple[str, ...]
     without_effect = ("threads",)
+    preset_descriptions = PRESETS
 
     def __init__(
         self,
