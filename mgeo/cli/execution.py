@@ -114,9 +114,9 @@ class Progress:
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
         if not self._console.is_terminal:
             percentage, elapsed = self._bar.tasks[0].percentage, format_duration(state.elapsed_time)
-            line = f"{percentage:.0f} %: {done}, {self._status}"
+            line = f"{done}, {self._status}"
             if line != self._last_line:  # The last update of a run may add nothing.
-                self._print(escape_text(f"{elapsed}: {line}"))
+                self._print(escape_text(f"{percentage:.0f} % after {elapsed}: {line}"))
             self._last_line = line
 
     def _print(self, line: Any) -> None:

@@ -90,7 +90,7 @@ def _describe_run(run: Run, view: View) -> tuple[str, str]:
     """Return the result of a run, and the cost of the search."""
     configuration, outcome = run.configuration, run.outcome
     name = configuration.options.get("name")
-    scenario = f", scenario {name}" if isinstance(name, str) else ""
+    scenario = f" ({name})" if isinstance(name, str) else ""
     n = len(outcome.F)
     result = f"front of {n:,} {view.noun}{'' if n == 1 else 's'}"
     if not n:

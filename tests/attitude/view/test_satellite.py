@@ -60,6 +60,13 @@ def test_margin_at_rest_includes_attitude_uncertainty():
     assert f"{nearest:.3g} deg in the initial attitude" in description["constraint"]
 
 
+def test_monte_carlo_runs_are_described():
+    problem = AttitudeManeuverProblem(n_runs=16, quantile=0.8)
+    text = describe_satellite(problem)["Monte Carlo runs"]
+    assert text.startswith("16 ")
+    assert "0.8-quantile" in text
+
+
 def test_each_bound_of_a_constraint_is_described():
     required = {"attitude_deg": 0.17, "gyro.bias_deg_h": 2.0}
     scenario = Scenario.from_dict({"preset": "cubesat_6u", "required_sigma": required})

@@ -48,7 +48,7 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     sections = {"end": Section("", (text.strip(),)), "accuracy": _build_accuracy_section(plans)}
     if len(constraints):
         sections["constraints"] = build_constraint_section(constraints)
-    note = _describe_ramps(plans)
+    note = _describe_phases(plans, maneuvers)
     sections["maneuvers"] = Section("Phase", (), maneuvers, note, _DECIMALS, MAX_ROWS)
     return sections
 
@@ -160,10 +160,13 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
     return pd.DataFrame(rows).set_index("maneuver")
 
 
-def _describe_ramps(plans: Plans) -> str:
-    if plans.problem.model.slew_limits is None:
-        return ""
-    return "Duration and angle of a maneuver include the ramp to its rates."
+def _describe_phases(plans: Plans, table: pd.DataFrame) -> str:
+    sentences = []
+    if plans.problem.model.slew_limits is not None:
+        sentences.append("Duration and angle of a maneuver include the ramp to its rates.")
+    if "hold" in table.index:
+        sentences.append("Hold: the last rates are held.")
+    return " ".join(sentences)
 
 
 def _describe_omitted_maneuvers(plans: Plans, table: pd.DataFrame) -> str:

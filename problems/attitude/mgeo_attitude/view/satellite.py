@@ -17,6 +17,7 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.validity import find_validity_violations
 from mgeo_attitude.sensors.suite import list_block_units
@@ -48,6 +49,8 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
         "magnetic field": _describe_field(environment),
         "maneuvers": _describe_maneuvers(scenario),
     }
+    if scenario.monte_carlo is not None:
+        topics["Monte Carlo runs"] = _describe_monte_carlo(scenario.monte_carlo)
     constraints = list(_describe_constraints(problem))
     for number, text in enumerate(constraints, 1):
         topics[f"constraint {number}" if len(constraints) > 1 else "constraint"] = text
@@ -121,7 +124,8 @@ def _describe_field(environment: Environment) -> str:
 
 def _describe_maneuvers(scenario: Scenario) -> str:
     limits = scenario.maneuvers
-    text = f"up to {limits.count}, at most {limits.max_rate_deg_s:g} deg/s"
+    text = f"up to {limits.count}, each with three body rates and a duration; at most "
+    text += f"{limits.max_rate_deg_s:g} deg/s"
     if limits.max_acceleration_deg_s2 is not None:
         text += f" and {limits.max_acceleration_deg_s2:g} deg/s²"
     text += " about each body axis"
@@ -150,6 +154,11 @@ def _describe_constraints(problem: AttitudeManeuverProblem) -> Iterator[str]:
                 f"; {value:.3g} {unit} in the initial attitude ({state} {abs(margin):.2g} {unit})"
             )
         yield text
+
+
+def _describe_monte_carlo(settings: MonteCarloSettings) -> str:
+    objective = "mean" if settings.mean else f"{settings.quantile:g}-quantile"
+    return f"{settings.n_runs} for each plan; objectives are the {objective} of these runs"
 
 
 def _compute_initial_margins(problem: AttitudeManeuverProblem) -> dict[str, MarginRow]:
