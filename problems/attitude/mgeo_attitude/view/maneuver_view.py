@@ -179,6 +179,6 @@ def _list_robustness_warnings(plans: Plans, sample_label: str) -> list[str]:
     if problem.scenario.monte_carlo:
         advice = "Increase monte_carlo.n_runs in the scenario file."
     return [
-        f"Random errors may increase the {names} of {n_overrun} of {sample_label} by more than "
+        f"Random errors may increase the {names} of {n_overrun} of {sample_label} by over "
         f"{100.0 * TOLERANCE:.0f} %. {advice}"
     ]

@@ -163,7 +163,7 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
 def _describe_phases(plans: Plans, table: pd.DataFrame) -> str:
     sentences = []
     if plans.problem.model.slew_limits is not None:
-        sentences.append("Duration and angle of a maneuver include the ramp to its rates.")
+        sentences.append("Duration and angle include the ramp to the rates.")
     if "hold" in table.index:
         sentences.append("Hold: the last rates are held.")
     return " ".join(sentences)

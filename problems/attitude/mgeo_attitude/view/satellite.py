@@ -151,7 +151,8 @@ def _describe_constraints(problem: AttitudeManeuverProblem) -> Iterator[str]:
             unit, value, *_, margin = rows[constraint.label]
             state = "margin" if margin >= 0.0 else "violated by"
             text += (
-                f"; {value:.3g} {unit} in the initial attitude ({state} {abs(margin):.2g} {unit})"
+                f"; {value:.3g} {unit} if the initial attitude is held "
+                f"({state} {abs(margin):.2g} {unit})"
             )
         yield text
 
