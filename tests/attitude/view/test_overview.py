@@ -77,7 +77,7 @@ def test_maneuvers_are_those_of_the_timeline(plan):
     assert table["ωx [deg/s]"].tolist() == list(DESIGN[::4])
     uncertainty = plan.compute_uncertainty_by_phase()
     worst = uncertainty.filter(regex="attitude").max(axis=1).to_numpy()
-    assert table["1-sigma reduced most"].iloc[0] == "attitude"
+    assert table["most reduced 1-sigma"].iloc[0] == "attitude"
     assert table["by factor"].iloc[0] == pytest.approx(worst[0] / worst[1])
 
 

@@ -151,8 +151,7 @@ def _describe_timeline(plan: ManeuverPlan) -> str:
     (epoch,) = format_time_stamps(plan.scenario.epoch, np.zeros(1))
     text = (
         f"Start: time after {epoch[:_STAMP_LENGTH]} UTC. ω: commanded body rates. Angle: "
-        "accumulated rotation. 1-sigma reduced most: quantity whose 1-sigma decreases by the "
-        "largest factor."
+        "accumulated rotation."
     )
     labels = [phase.label for phase in plan.phases]
     if any(label.startswith(RAMP_PREFIX) for label in labels):

@@ -128,7 +128,7 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
     DataFrame
         One row per maneuver, by number, then ``hold`` and ``slew back``. Columns: ``start [s]``;
         ``duration [s]``; the commanded rates ``ωx [deg/s]`` to ``ωz [deg/s]``; ``angle [deg]``, the
-        accumulated rotation; ``1-sigma reduced most``, the quantity whose worst-axis 1-sigma
+        accumulated rotation; ``most reduced 1-sigma``, the quantity whose worst-axis 1-sigma
         decreases by the largest factor in the maneuver; and ``by factor``, the factor.
     """
     model = plans.problem.model
@@ -153,7 +153,7 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
                 "duration [s]": end - start,
                 **{f"ω{axis} [deg/s]": rate for axis, rate in rates},
                 "angle [deg]": sum(part.rotation_deg for part in parts),
-                "1-sigma reduced most": quantity,
+                "most reduced 1-sigma": quantity,
                 "by factor": factor,
             }
         )
