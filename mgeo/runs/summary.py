@@ -89,10 +89,16 @@ def summarize_front(view: View) -> FrontSummary:
     # Warnings can take seconds to compute.
     warnings = list(call_optional(view, View.warnings))
     if violated := _list_violated(constraints):
+        satisfying = [row for row, table in tables.items() if not _list_violated(table)]
+        advice = f"Choose another {view.noun}"
+        if satisfying:
+            distance = {row: abs(k - rows.index(recommended.row)) for k, row in enumerate(rows)}
+            nearest = min(satisfying, key=lambda row: distance[row])
+            advice = f"Choose {view.noun} {nearest}, which satisfies all constraints"
         warnings.insert(
             0,
             f"The recommended {view.noun} violates a constraint: {', '.join(violated)}. "
-            f"Choose another {view.noun}, or change the constraint.",
+            f"{advice}, or change the constraint.",
         )
     return FrontSummary(recommended, text, overview, constraints, front, warnings)
 
