@@ -53,14 +53,18 @@ class FrontRow(TypedDict):
     """One of several solutions that represent a front.
 
     Further keys are quantities of the problem, with the unit at the end of the key. The problem
-    `attitude` has `converges_after_s` (`ends_after_s` with the convergence rule `end`),
-    `attitude_1sigma_deg`, `trace` and, if a lower bound is available, `trace_ratio_to_lower_bound`.
+    `attitude` has `converges_after_s` (`ends_after_s` with the convergence rules `end` and
+    `required`), `attitude_1sigma_deg`, `covariance_trace` and, if a lower bound is available,
+    `trace_ratio`, the ratio of the trace to its lower bound.
     """
 
     solution: int
     """Number of the solution: its row in front.csv, from 0."""
     label: str
-    """Reason of the selection, such as "min-time", "knee" or "between"."""
+    """Reason of the selection, such as "min-time", "knee" or "intermediate"."""
+    violated: list[str]
+    """Names of violated constraints, which the problem reports in addition to those of the
+    search."""
 
 
 @extensible
@@ -74,7 +78,7 @@ class Violation(TypedDict):
     """Name of the constraint."""
     violation: float | None
     """Smallest violation among these solutions."""
-    found_in: str
+    violated_by: str
     """Number of solutions that violate the constraint, such as "12 of 30"."""
 
 
@@ -163,8 +167,8 @@ class ProblemRow(ProblemSize):
     """Package that contains the problem."""
     version: str
     """Version of the package."""
-    presets: list[str]
-    """Names of the presets for `--scenario`."""
+    presets: dict[str, str]
+    """Descriptions of the presets for `--scenario`, by name."""
     error: str | None
     """Reason why the problem cannot be loaded, otherwise null."""
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-#: Example of a problem name for each prefix.
-EXAMPLES_BY_PREFIX: Mapping[str, str] = {
-    "pymoo": "pymoo:zdt1",
-    "shifted": "shifted:zdt1",
-    "coco": "coco:bbob-biobj/f1/d10/i1",
+#: Example of a test problem for each prefix, with its description.
+EXAMPLES: Mapping[str, str] = {
+    "pymoo:zdt1": "problem of pymoo, by its name",
+    "shifted:zdt1": "the same with wider bounds: no optimum on a bound",
+    "coco:bbob-biobj/f1/d10/i1": "COCO: suite, function, dimension, instance",
 }
 #: Python distribution that the extra ``coco`` installs.
 COCO_DISTRIBUTION = "coco-experiment"
@@ -21,7 +21,7 @@ COCO_DISTRIBUTION = "coco-experiment"
 def is_benchmark(name: str) -> bool:
     """Return True if a name denotes a test problem by a prefix such as ``pymoo:``."""
     prefix, colon, _ = name.partition(":")
-    return bool(colon) and prefix in EXAMPLES_BY_PREFIX
+    return bool(colon) and prefix in _BUILDERS
 
 
 def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
@@ -30,7 +30,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
     Parameters
     ----------
     name : str
-        Name with one of the prefixes in `EXAMPLES_BY_PREFIX`.
+        Name with the prefix of one of the `EXAMPLES`.
     options : mapping
         Keywords of the constructor, such as ``n_var``. COCO functions have no options.
 

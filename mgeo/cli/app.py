@@ -68,6 +68,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 }
 
 
+#: Title of the command groups of installed problems in the help.
+_PROBLEM_COMMANDS = "Command groups of problems, each with its own --help"
+
+
 class _CommandGroup(CommandGroup):
     """Command group that prints its help, and exits with code 2, if no subcommand is given."""
 
@@ -119,7 +123,7 @@ class _PluginCommandStub(Command):
     def __init__(self, plugin: Plugin) -> None:
         distribution = plugin.entry_point.dist
         summary = None if distribution is None else distribution.metadata["Summary"]
-        super().__init__(name=plugin.name, short_help=summary, rich_help_panel="Problems")
+        super().__init__(name=plugin.name, short_help=summary, rich_help_panel=_PROBLEM_COMMANDS)
         self._plugin = plugin
 
     def load(self) -> Any:

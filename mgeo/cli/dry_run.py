@@ -52,9 +52,9 @@ def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
     warnings, facts = call_optional(view, View.notes), call_optional(view, View.facts)
     search = f"{configuration.evaluations:,} evaluations"
     if configuration.initial_designs:
-        search += f", from {configuration.initial_designs} initial designs"
+        search += f", {configuration.initial_designs} of them of suggested initial designs"
     if configuration.refine:
-        search += ", then local refinement"
+        search += "; then local refinement, which is not counted"
     texts = {"search": search, **_format_size(size, view), "folder": str(folder)}
     output.print_title(f"Dry run: {format_run_title(configuration)}")
     output.print_pairs(texts | {"files": ", ".join(files)})

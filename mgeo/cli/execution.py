@@ -66,7 +66,7 @@ class Progress:
         self.interval = 0.25 if console.is_terminal else 60.0
         self._next_update = 0.0
         self._state: SolveState | None = None
-        self._status = ""
+        self._status, self._last_line = "", ""
         self._bar = progress.Progress(
             progress.BarColumn(),
             progress.TextColumn("{task.fields[done]}"),
@@ -114,7 +114,10 @@ class Progress:
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
         if not self._console.is_terminal:
             percentage, elapsed = self._bar.tasks[0].percentage, format_duration(state.elapsed_time)
-            self._print(escape_text(f"{percentage:.0f} %: {done} in {elapsed}, {self._status}"))
+            line = f"{done}, {self._status}"
+            if line != self._last_line:  # The last update of a run may add nothing.
+                self._print(escape_text(f"{percentage:.0f} % after {elapsed}: {line}"))
+            self._last_line = line
 
     def _print(self, line: Any) -> None:
         self._console.print(line, soft_wrap=True)
@@ -218,7 +221,7 @@ def _format_state(state: SolveState) -> str:
     _, F = state.build_front()
     parts = [f"{len(F):,} on the front"]
     if (hypervolume := state.compute_hypervolume(F)) is not None:
-        parts.append(f"hypervolume {hypervolume:.4f}")
+        parts.append(f"normalized hypervolume {hypervolume:.4f}")
     if state.refinement is not None:
         n_refined = int(state.refinement.is_replaced.sum()) + state.refinement.n_added
         parts.append(f"{n_refined:,} refined or added")

@@ -97,7 +97,8 @@ Walkers = Annotated[
         "--walkers",
         metavar="N",
         rich_help_panel="Search",
-        help="Number of walkers, which are the parallel search trajectories of the MGEO family.",
+        help="Number of walkers, the parallel search trajectories of the MGEO family; the same as "
+        "--set n_walkers=N.",
     ),
 ]
 Settings = Annotated[

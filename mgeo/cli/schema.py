@@ -25,8 +25,7 @@ def schema(
     ] = None,
     debug: options.Debug = False,
 ) -> None:
-    """Print the JSON Schema of study files, of result files such as plan.json, or of the --json
-    output of a command.
+    """Print the JSON Schema of study files, of result files, or of --json output.
 
     Editors with Taplo find the schema of study files by the first line of a file: #:schema
     ./study.schema.json

@@ -114,8 +114,9 @@ def solve(
             min=0,
             metavar="N",
             rich_help_panel="Search",
-            help="Number of initial designs that the problem suggests [default: the recommendation "
-            "of the problem; 0 with --robust, --evaluations, --algorithm, --walkers or --set].",
+            help="Number of initial designs that the problem suggests, counted in --evaluations "
+            "[default: chosen by the problem; 0 if --robust, --evaluations, --algorithm, "
+            "--walkers or --set is given].",
         ),
     ] = None,
     refine: Annotated[
@@ -123,9 +124,9 @@ def solve(
         typer.Option(
             "--refine/--no-refine",
             rich_help_panel="Search",
-            help="Refine the front by gradient steps after the search, which do not count in "
-            "--evaluations [default: the recommendation of the problem; no with the options that "
-            "set --initial-designs to 0].",
+            help="Refine the front by a local search after the evaluations, which is not counted "
+            "in --evaluations [default: chosen by the problem; --no-refine if --robust, "
+            "--evaluations, --algorithm, --walkers or --set is given].",
         ),
     ] = None,
     max_time: MaxTime = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,9 @@ from mgeo.terminal import Output
 
 if TYPE_CHECKING:
     from mgeo.documents import Recommended, RunSummary
+
+#: Number of constraints that a terminal shows if all of them are satisfied.
+_MAX_CONSTRAINTS = 4
 
 
 def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
@@ -76,7 +80,9 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
     if warnings:
         output.print("")
         output.print_warnings(warnings)
-    heading = wrap_text(f"Files in {folder}: {', '.join(files)}", "  ")
+    shown = [name for name in files if name.endswith((".csv", ".html"))]
+    others = f"{len(files) - len(shown)} more"
+    heading = wrap_text(f"Files in {folder}: {', '.join(shown)} and {others}", "  ")
     output.print_commands(_list_next_commands(view, folder, run), heading)
 
 
@@ -84,14 +90,14 @@ def _describe_run(run: Run, view: View) -> tuple[str, str]:
     """Return the result of a run, and the cost of the search."""
     configuration, outcome = run.configuration, run.outcome
     name = configuration.options.get("name")
-    scenario = f", scenario {name}" if isinstance(name, str) else ""
+    scenario = f" ({name})" if isinstance(name, str) else ""
     n = len(outcome.F)
-    result = f"{n:,} {view.noun}{'' if n == 1 else 's'} on the front"
+    result = f"front of {n:,} {view.noun}{'' if n == 1 else 's'}"
     if not n:
         result = "no feasible solution"
     elif outcome.hypervolume is not None:
-        result += f", hypervolume {outcome.hypervolume:.4f}"
-    refined = ", then refinement," if outcome.n_refined or outcome.n_added else ""
+        result += f", normalized hypervolume {outcome.hypervolume:.4f}"
+    refined = " and local refinement" if outcome.n_refined or outcome.n_added else ""
     cost = (
         f"{outcome.n_evaluations:,} evaluations by {configuration.algorithm} "
         f"(seed {configuration.seed}){refined} in {format_duration(outcome.wall_time_s)}"
@@ -108,20 +114,26 @@ def _print_front(view: View, front: FrontSummary, output: Output) -> None:
         reason = "the knee of the front"
     elif n == 1:
         reason = f"the only {noun} of the front"
-    output.print("")
     output.print_title(f"Recommended: {noun} {recommended.row}, {reason}")
     for i, (key, section) in enumerate(front.overview.items()):
         if i > 1 and key != "constraints":
             output.print("")
+        if key == "constraints":
+            n_violated = int((front.constraints["margin"] < 0.0).sum())
+            section = replace(section, max_rows=max(_MAX_CONSTRAINTS, n_violated))
         output.print_sections(_move_title(section))
     if n > 1:
         width = len(str(max(front.front.index)))
-        pairs = zip(front.front.index, front.front["label"], strict=True)
-        labels = [f"{row:>{width}}  {label}" for row, label in pairs]
+        rows = zip(front.front.index, front.front["label"], front.front["violated"], strict=True)
+        labels = [
+            f"{row:>{width}}  {label}{' *' if violated else ''}" for row, label, violated in rows
+        ]
         names = pd.Index(labels, name=f"{len(front.front):,} of {n:,} {noun}s")
-        table = front.front.drop(columns="label").set_axis(names, axis=0)
+        table = front.front.drop(columns=["label", "violated"]).set_axis(names, axis=0)
+        violated = dict.fromkeys(chain.from_iterable(front.front["violated"]))
+        note = f"* violates a constraint: {', '.join(violated)}." if violated else ""
         output.print("")
-        output.print_sections(Section("", table=table))
+        output.print_sections(Section("", table=table, note=note))
 
 
 def _move_title(section: Section) -> Section:
@@ -132,7 +144,10 @@ def _move_title(section: Section) -> Section:
 
 
 def _print_infeasibility(report: InfeasibilityReport, output: Output) -> None:
-    note = "Smallest violation by a solution, and number of solutions that violate it."
+    note = (
+        "Of the solutions nearest to feasibility: smallest violation, and number of solutions that "
+        "violate the constraint."
+    )
     section = Section("Violated constraint", (), report.build_table(), note, max_rows=MAX_ROWS)
     output.print("")
     output.print_sections(_move_title(section))

@@ -9,7 +9,8 @@ import re
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec, TypeVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,6 +44,8 @@ class ProblemMixin:
     obj_labels : sequence of str, optional
         Short names of the objectives, for labels of solutions such as ``min-mass``. The defaults
         are the names of the objectives without units.
+    preset_descriptions : mapping of str to str
+        Description of each preset in a few words, for ``mgeo problems``.
     function_name : str
         Name of the test function, if the problem is one of several instances or sizes of a
         function. Studies average over the instances of a function before they compare algorithms.
@@ -64,6 +67,7 @@ class ProblemMixin:
     obj_names: Sequence[str] | None = None
     obj_labels: Sequence[str] | None = None
     constraint_names: Sequence[str] | None = None
+    preset_descriptions: ClassVar[Mapping[str, str]] = MappingProxyType({})
     function_name: str = ""
 
     def view(self, X: ArrayLike) -> View:

@@ -59,7 +59,7 @@ def draw_run_figures(
     front = draw_front(loaded.view, loaded.title) if loaded.representatives else None
     history = draw_hypervolume_history(Path(folder), loaded.problem, loaded.run.outcome)
     figures_by_name = {"front": front, "hypervolume": history}
-    labeled = [solution for solution in loaded.representatives if solution.label != "between"]
+    labeled = [solution for solution in loaded.representatives if solution.label != "intermediate"]
     figures_of_solutions = call_optional(
         loaded.view.select([solution.row for solution in labeled]), View.solution_figures
     )

@@ -83,53 +83,53 @@ RECORDS = (
         DEFAULT_ALGORITHM,
         "decomposition-based MGEO",
         "MGEODirected",
-        "one weight vector per walker; the default",
+        "decomposition: one weight vector per walker; default",
     ),
     _build_mgeo_record(
         ROBUST_ALGORITHM,
         "staged MGEO",
         "MGEOStaged",
-        "cheap evaluations first; the default with --robust",
+        "low-fidelity evaluations first; default with --robust",
     ),
     _build_pymoo_record(
         "nsga2",
         "NSGA-II",
         "moo.nsga2:NSGA2",
-        "nondominated sorting and crowding; 2 or 3 objectives",
+        "nondominated sorting, crowding; for 2 or 3 objectives",
     ),
     _build_pymoo_record(
         "nsga3",
         "NSGA-III",
         "moo.nsga3:NSGA3",
-        "reference directions; 3 or more objectives",
+        "reference directions; for 3 or more objectives",
         _DIRECTIONS_AND_SIZE,
     ),
     _build_pymoo_record(
         "u-nsga3",
         "U-NSGA-III",
         "moo.unsga3:UNSGA3",
-        "NSGA-III with tournaments; any number of objectives",
+        "NSGA-III, tournaments; for any number of objectives",
         _DIRECTIONS_AND_SIZE,
     ),
     _build_pymoo_record(
-        "spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto selection; 2 or 3 objectives"
+        "spea2", "SPEA2", "moo.spea2:SPEA2", "strength Pareto selection; for 2 or 3 objectives"
     ),
     _build_pymoo_record(
         "sms-emoa",
         "SMS-EMOA",
         "moo.sms:SMSEMOA",
-        "hypervolume contribution; 2 or 3 objectives",
+        "hypervolume contribution; for 2 or 3 objectives",
     ),
     _build_pymoo_record(
         "age-moea2",
         "AGE-MOEA-II",
         "moo.age2:AGEMOEA2",
-        "estimated geometry of the front; any front shape",
+        "estimated front geometry; for any front shape",
     ),
     AlgorithmRecord(
         "moead",
         "MOEA/D",
-        "decomposition; only problems without constraints",
+        "decomposition; does not support constraints",
         "pymoo.algorithms.moo.moead:MOEAD",
         _REFERENCE_DIRECTIONS,
         supports_constraints=False,
@@ -138,29 +138,31 @@ RECORDS = (
         "ctaea",
         "C-TAEA",
         "moo.ctaea:CTAEA",
-        "two archives; problems with constraints",
+        "two archives; designed for constrained problems",
         _REFERENCE_DIRECTIONS,
     ),
-    _build_pymoo_record("gde3", "GDE3", "moo.gde3:GDE3", "differential evolution; real variables"),
+    _build_pymoo_record(
+        "gde3", "GDE3", "moo.gde3:GDE3", "differential evolution; real variables only"
+    ),
     _build_pymoo_record(
         "nsde",
         "NSDE",
         "moo.nsde:NSDE",
-        "differential evolution and NSGA-II; real variables",
+        "differential evolution, NSGA-II; real variables only",
     ),
     _build_pymoo_record(
         "mopso-cd",
         "MOPSO-CD",
         "moo.mopso_cd:MOPSO_CD",
-        "particle swarm with crowding; real variables",
+        "particle swarm with crowding; real variables only",
     ),
     _build_pymoo_record(
-        "cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm; real variables"
+        "cmopso", "CMOPSO", "moo.cmopso:CMOPSO", "competitive particle swarm; real variables only"
     ),
     AlgorithmRecord(
         "rvea",
         "RVEA",
-        "reference vectors; 3 or more objectives",
+        "reference vectors; for 3 or more objectives",
         "mgeo.runs.pymoo_algorithms:FrontRVEA",
         _REFERENCE_DIRECTIONS,
     ),

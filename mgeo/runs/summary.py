@@ -34,7 +34,7 @@ class RepresentativeSolution:
     row : int
         Row of the solution.
     label : str
-        Reason, such as "knee", "min-mass" or "between".
+        Reason, such as "knee", "min-mass" or "intermediate".
     """
 
     row: int
@@ -56,7 +56,8 @@ class FrontSummary:
     constraints : DataFrame
         Constraints of the recommended solution, as in `View.constraints`.
     front : DataFrame
-        Rows of `View.front_table`, with the row in the front as index and the column ``label``.
+        Rows of `View.front_table`, with the row in the front as index and two more columns in
+        front: ``label``, and ``violated``, a list of the names of violated constraints.
     warnings : list of str
         Warnings of the problem.
     """
@@ -74,24 +75,36 @@ def summarize_front(view: View) -> FrontSummary:
     recommended = select_default_solution(view.problem, view.F)
     solution = view.select([recommended.row])
     (text,) = call_optional(solution, View.summaries)
-    (constraints,) = call_optional(solution, View.constraints)
     representatives = select_representative_solutions(view.problem, view.F)
     rows = [each.row for each in representatives]
-    front = call_optional(view.select(rows), View.front_table).set_axis(rows, axis="index")
+    selection = view.select(rows)
+    front = call_optional(selection, View.front_table).set_axis(rows, axis="index")
+    # Solutions of a front satisfy the constraints of the optimization, but a problem may report
+    # further constraints.
+    tables = dict(zip(rows, call_optional(selection, View.constraints), strict=True))
     front.insert(0, "label", [each.label for each in representatives])
+    front.insert(1, "violated", [_list_violated(table) for table in tables.values()])
+    constraints = tables[recommended.row]
     overview = call_optional(solution, View.overview)
     # Warnings can take seconds to compute.
     warnings = list(call_optional(view, View.warnings))
-    # Solutions of a front satisfy the constraints of the optimization, but a problem may report
-    # further constraints.
-    violated = [str(name) for name in constraints.index[constraints["margin"] < 0.0]]
-    if violated:
+    if violated := _list_violated(constraints):
+        satisfying = [row for row, table in tables.items() if not _list_violated(table)]
+        advice = f"Choose another {view.noun}"
+        if satisfying:
+            distance = {row: abs(k - rows.index(recommended.row)) for k, row in enumerate(rows)}
+            nearest = min(satisfying, key=lambda row: distance[row])
+            advice = f"Choose {view.noun} {nearest}, which satisfies all constraints"
         warnings.insert(
             0,
             f"The recommended {view.noun} violates a constraint: {', '.join(violated)}. "
-            f"Choose another {view.noun}, or change the constraint.",
+            f"{advice}, or change the constraint.",
         )
     return FrontSummary(recommended, text, overview, constraints, front, warnings)
+
+
+def _list_violated(constraints: pd.DataFrame) -> list[str]:
+    return [str(name) for name in constraints.index[constraints["margin"] < 0.0]]
 
 
 def select_representative_solutions(problem: Problem, F: ArrayLike) -> list[RepresentativeSolution]:
@@ -111,7 +124,7 @@ def select_representative_solutions(problem: Problem, F: ArrayLike) -> list[Repr
     Returns
     -------
     list of RepresentativeSolution
-        Labels are "min-" and the name of the objective, "knee", and "between".
+        Labels are "min-" and the name of the objective, "knee", and "intermediate".
     """
     front = np.asarray(F, dtype=float)
     if not len(front):
@@ -124,7 +137,7 @@ def select_representative_solutions(problem: Problem, F: ArrayLike) -> list[Repr
     if knee_row is not None:
         labels[knee_row] = ["knee"]
     for row in _select_spread_rows(points, list(labels), max(5, len(labels))):
-        labels[row] = ["between"]
+        labels[row] = ["intermediate"]
     rows = sorted(labels, key=lambda row: tuple(front[row]))
     return [RepresentativeSolution(row, ", ".join(labels[row])) for row in rows]
 
@@ -319,8 +332,8 @@ class InfeasibilityReport:
     def build_table(self) -> pd.DataFrame:
         """Return the violations as a table with the smallest violation of each constraint.
 
-        Columns: ``unit``, ``value``, ``bound`` and ``violation``; and ``found in``, the number of
-        violating solutions. Columns without content are left out.
+        Columns: ``unit``, ``value``, ``bound`` and ``violation``; and ``violated by``, the number
+        of violating solutions. Columns without content are left out.
         """
         import pandas as pd
 
@@ -331,7 +344,7 @@ class InfeasibilityReport:
                 "value": [margin.value for margin in margins],
                 "bound": [f"{margin.bound_type} {margin.bound_value:.4g}" for margin in margins],
                 "violation": [-margin.margin for margin in margins],
-                "found in": [f"{v.n_violating} of {v.n_solutions}" for v in self.violations],
+                "violated by": [f"{v.n_violating} of {v.n_solutions}" for v in self.violations],
             },
             index=pd.Index([margin.name for margin in margins], name="constraint"),
         )

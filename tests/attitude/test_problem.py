@@ -81,3 +81,10 @@ def test_selected_view_shares_cached_results(problem, monkeypatch):
     pd.testing.assert_frame_equal(selection.describe(), table.iloc[[2, 0]].reset_index(drop=True))
     np.testing.assert_array_equal(selection.monte_carlo_objectives, monte_carlo_objectives[[2, 0]])
     assert selection.constraints()[0].empty
+
+
+def test_robust_problem_has_the_settings_of_the_scenario_with_a_warning():
+    robust = AttitudeManeuverProblem().to_robust().scenario.monte_carlo
+    problem = AttitudeManeuverProblem(n_runs=16)
+    with pytest.warns(UserWarning, match=rf"16 runs. .* {robust.n_runs} runs"):
+        assert problem.to_robust().scenario.monte_carlo.n_runs == 16

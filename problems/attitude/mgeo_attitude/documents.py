@@ -90,9 +90,9 @@ class ManeuverRow(TypedDict):
     """Commanded body rate about z."""
     angle_deg: float
     """Accumulated rotation."""
-    largest_reduction_of_1sigma: str
+    most_reduced_1sigma: str
     """Quantity whose 1-sigma the maneuver reduces by the largest factor."""
-    times: float | None
+    by_factor: float | None
     """Factor of this reduction."""
     start_utc: str
     """Start in UTC."""

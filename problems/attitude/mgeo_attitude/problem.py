@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
@@ -41,6 +42,7 @@ from mgeo_attitude.refine.local_refinement import iterate_refinement
 from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.scenario.housekeeping import check_channels
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.toml import PRESETS
 
 if TYPE_CHECKING:
     from mgeo_attitude.view.maneuver_view import ManeuverView
@@ -104,6 +106,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     obj_labels: tuple[str, ...]
     constraint_names: tuple[str, ...]
     without_effect = ("threads",)
+    preset_descriptions = PRESETS
 
     def __init__(
         self,
@@ -397,7 +400,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
     def to_robust(self) -> AttitudeManeuverProblem:
         """Return a copy of the problem that evaluates each plan over Monte Carlo runs.
 
-        By default these are 512 runs with the quantile 0.95 of each objective. A search selects
+        By default these are 512 runs with the quantile 0.95 of each objective; the table
+        ``monte_carlo`` of a scenario replaces these settings, with a warning. A search selects
         plans for which its own runs happen to be favorable. Because the quantile is larger than
         0.9, the predicted value still holds in 90 % of other runs. Searches with fidelity levels
         start with nominal runs, and then use 16 and 64 of the Monte Carlo runs; see
@@ -407,7 +411,16 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         -------
         AttitudeManeuverProblem
         """
-        errors = self.scenario.monte_carlo or MonteCarloSettings(n_runs=_N_RUNS, quantile=_QUANTILE)
+        defaults = MonteCarloSettings(n_runs=_N_RUNS, quantile=_QUANTILE)
+        errors = self.scenario.monte_carlo or defaults
+        if (errors.n_runs, errors.quantile) != (_N_RUNS, _QUANTILE) or errors.mean:
+            value = "the mean" if errors.mean else f"the quantile {errors.quantile:g}"
+            warnings.warn(
+                f"The robust search uses [monte_carlo] of the scenario, with {value} over "
+                f"{errors.n_runs} runs. Without this table it uses the quantile {_QUANTILE:g} over "
+                f"{_N_RUNS} runs.",
+                stacklevel=2,
+            )
         fidelities = tuple(count for count in _FIDELITIES if count < errors.n_runs)
         settings = dataclasses.replace(errors, fidelities=errors.fidelities or fidelities)
         scenario = dataclasses.replace(self.scenario, monte_carlo=settings)

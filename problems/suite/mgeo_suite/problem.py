@@ -6,7 +6,7 @@ import dataclasses
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from mgeo_attitude import Evaluation, Scenario
@@ -83,6 +83,10 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     var_names: tuple[str, ...]
     without_effect = ("threads",)
+    preset_descriptions: ClassVar[Mapping[str, str]] = {
+        "cubesat": "minimizes price and attitude 1-sigma; the default",
+        "cubesat_time": "minimizes price, attitude 1-sigma and t_end",
+    }
 
     def __init__(
         self,

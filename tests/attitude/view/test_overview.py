@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, run_filter
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.view.overview import build_accuracy_table, build_maneuver_table
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
+from mgeo.runs.summary import summarize_front
 
 DESIGN = (0.9, 0.5, -1.0, 150.0, -1.0, 0.8, 0.6, 200.0, 0.7, -0.6, 1.0, 180.0)
 SHORT = {"preset": "cubesat_6u", "duration": 1200.0, "maneuvers": {"count": 3}}
@@ -61,7 +62,7 @@ def test_lower_bound_is_left_out_if_none_can_be_proved(monkeypatch):
     monkeypatch.setattr(AttitudeManeuverProblem, "lower_bound", property(fail))
     overview = build_plan().view.overview()
     assert "lower bound" not in overview["accuracy"].table
-    assert "trace / lower bound [-]" not in build_plan().view.front_table()
+    assert "trace ratio [-]" not in build_plan().view.front_table()
 
 
 def test_maneuvers_are_those_of_the_timeline(plan):
@@ -76,8 +77,8 @@ def test_maneuvers_are_those_of_the_timeline(plan):
     assert table["ωx [deg/s]"].tolist() == list(DESIGN[::4])
     uncertainty = plan.compute_uncertainty_by_phase()
     worst = uncertainty.filter(regex="attitude").max(axis=1).to_numpy()
-    assert table["largest reduction [of 1-sigma]"].iloc[0] == "attitude"
-    assert table["times"].iloc[0] == pytest.approx(worst[0] / worst[1])
+    assert table["most reduced 1-sigma"].iloc[0] == "attitude"
+    assert table["by factor"].iloc[0] == pytest.approx(worst[0] / worst[1])
 
 
 def test_maneuver_includes_its_ramp_and_slew_back_is_one_row():
@@ -116,7 +117,8 @@ def test_warning_if_monte_carlo_runs_exceed_the_prediction(plan):
     def count(F):
         view = plan.problem.view(np.tile(DESIGN, (4, 1)))
         view.F = np.tile(F, (4, 1))
-        return [int(line.split()[0]) for line in find_warnings(view, "--robust")]
+        lines = find_warnings(view, "--robust")
+        return [int(re.search(r"(\d+) of 4 plans", line)[1]) for line in lines]
 
     values = plan.view.monte_carlo_objectives[0]
     assert count(values) == []
@@ -134,7 +136,39 @@ def test_warning_if_a_constraint_is_violated_after_convergence():
     view = build_plan(**options).view
     margins = view.constraints()[0]["margin"].filter(regex="camera .*")
     violated = [name for name, margin in margins.items() if "hold" in name and margin < 0.0]
-    assert bool(find_warnings(view, "after convergence")) == bool(violated)
+    assert bool(find_warnings(view, "in the constant-rate hold")) == bool(violated)
+
+
+@pytest.mark.parametrize("rule", ["required", "end"])
+def test_required_accuracy_is_compared_with_the_accuracy_after_the_slew_back(rule):
+    """With the rule "required", the accuracy must last until the end of the scenario."""
+    slew_back = {"count": 3, "max_acceleration_deg_s2": 0.05, "slew_back": True}
+    options = {"maneuvers": slew_back, "required_sigma": {"attitude_deg": 0.06}}
+    plan = build_plan(**options, convergence={"rule": rule})
+    model, trajectory = plan.problem.model, plan.trajectory
+    run = run_filter(model.full_duration_model, trajectory.commanded_design)
+    first = round(trajectory.end / model.step)
+    sigma_deg = np.degrees(run.sigma[first:, :3].max(axis=1))
+    expected = sigma_deg.max() if rule == "required" else sigma_deg[0]
+    (table,) = plan.view.constraints()
+    row = table.loc["1-sigma of attitude after the slew back"]
+    assert row["value"] == pytest.approx(expected, rel=1e-9)
+    assert table["margin"].iloc[0] > 0.0
+    assert (row["margin"] < 0.0) == (rule == "required")
+    warnings = find_warnings(plan.view, "1-sigma of attitude after the slew back")
+    assert len(warnings) == (rule == "required")
+    (violated,) = summarize_front(plan.view).front["violated"]
+    assert violated == [row.name] * (rule == "required")
+
+
+@pytest.mark.parametrize("rule", ["trace", "required", "settling", "end"])
+def test_end_of_a_plan_is_described_by_its_rule(rule):
+    options = {"convergence": {"rule": rule}, "required_sigma": {"attitude_deg": 0.06}}
+    view = build_plan(**options, duration=3000.0).view
+    converges = rule in ("trace", "settling")
+    assert view.overview()["end"].lines[0].startswith("Converges" if converges else "Ends")
+    assert ("converges after [s]" in view.front_table()) == converges
+    assert ("ends after [s]" in view.front_table()) != converges
 
 
 @pytest.mark.cases(1)
@@ -174,7 +208,7 @@ def test_screen_has_the_numbers_of_the_document(tmp_path, monkeypatch):
     np.testing.assert_allclose([float(v) for v in row[2:]], [attitude[k] for k in keys], rtol=0.006)
     assert {each["constraint"] for each in recommended["constraints"]} == {
         "wheel momentum",
-        "required 1-sigma of attitude",
+        "1-sigma of attitude",
     }
     for each in recommended["constraints"]:
         (row,) = [line for line in lines if line.startswith(each["constraint"])]

@@ -33,14 +33,14 @@ def test_description_of_paper_satellite():
     problem = AttitudeManeuverProblem(scenario)
     share = 100.0 * (1.0 - problem.environment.sunlit.mean())
     assert description["eclipses"].startswith(f"{share:.0f} % of the time")
-    assert "are in the validated range" in description["predicted accuracy"]
-    assert description["constraint"] == "none"
+    assert description["initial errors"].startswith("in the range")
+    assert "constraint" not in description
 
 
 def test_description_warns_of_initial_errors_beyond_the_validity_of_the_covariance():
     scenario = Scenario.from_dict({"preset": "paper", "initial": {"attitude_deg": 60.0}})
     description = describe_satellite(AttitudeManeuverProblem(scenario))
-    assert "exceed" in description["predicted accuracy"]
+    assert description["initial errors"].startswith("outside of the range")
 
 
 def test_margin_at_rest_includes_attitude_uncertainty():
@@ -57,4 +57,19 @@ def test_margin_at_rest_includes_attitude_uncertainty():
     nearest = np.degrees(np.arccos(sun.max())) - 3.0 * 5.0
     description = describe_satellite(problem)
     assert "at least 20 deg" in description["constraint"]
-    assert f"at rest {nearest:.3g} deg" in description["constraint"]
+    assert f"{nearest:.3g} deg if the initial attitude is held" in description["constraint"]
+
+
+def test_monte_carlo_runs_are_described():
+    problem = AttitudeManeuverProblem(n_runs=16, quantile=0.8)
+    text = describe_satellite(problem)["Monte Carlo runs"]
+    assert text.startswith("16 ")
+    assert "0.8-quantile" in text
+
+
+def test_each_bound_of_a_constraint_is_described():
+    required = {"attitude_deg": 0.17, "gyro.bias_deg_h": 2.0}
+    scenario = Scenario.from_dict({"preset": "cubesat_6u", "required_sigma": required})
+    description = describe_satellite(AttitudeManeuverProblem(scenario))["constraint"]
+    assert "1-sigma of attitude at most 0.17 deg" in description
+    assert "1-sigma of gyro bias at most 2 deg/h" in description

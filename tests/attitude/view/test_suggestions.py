@@ -44,7 +44,7 @@ def test_unobservable_error_is_named_as_cause(required, expected):
     X = random_designs(problem, 6, 1200.0)
     suggestion, *relaxations = explain_infeasibility(problem.view(X)).suggestions
     assert re.match(expected, suggestion), suggestion
-    assert relaxations[0].startswith("Relax required 1-sigma of")
+    assert relaxations[0].startswith("Relax 1-sigma of")
     # With half of that error, the required 1-sigma is clearly smaller.
     better = build_problem(required, gyro={"initial_misalignment_deg": 0.04})
     name = f"{next(iter(required)).removesuffix('_deg').replace('.', ' ')} 1-sigma [deg]"

@@ -10,9 +10,10 @@ from mgeo.runs.registry import ALGORITHMS
 def test_problems_are_listed_although_one_fails_to_load(mgeo):
     done = mgeo("problems")
     rows = [re.split(r"  +", line.strip()) for line in done.stdout.splitlines()]
-    assert ["cantilever", "2", "mass [kg], deflection [m]", "stand-in"] in rows
-    assert ["dtlz2", "10", "f1, f2, f3", "stand-in"] in rows
-    assert "light" in dict(row for row in rows if len(row) == 2)["cantilever"]  # a preset
+    assert ["cantilever", "2", "mass [kg], deflection [m]"] in rows
+    assert ["dtlz2", "10", "f1, f2, f3"] in rows
+    assert ["cantilever", "light", "load of 500 N"] in rows  # a preset
+    assert ["attitude", "microsatellite"] in [row[:2] for row in rows]
     errors = done.stderr.splitlines()
     (error,) = [line for line in errors if line.startswith("Error: no-module")]
     assert "No module named 'stand_in_of_nothing'" in error
@@ -46,3 +47,9 @@ def test_parameters_of_one_algorithm_are_listed(mgeo):
     for parameter in complete_parameters("mgeo-directed", {}):
         assert f" {parameter} = " in text
     assert "momentum = 0.6,0.6 " in text
+
+
+def test_parameters_are_described_in_terms_of_the_command_line(mgeo):
+    for name in ALGORITHMS:
+        assert "`" not in mgeo("algorithms", name).stdout
+    assert "as for mgeo-real" in mgeo("algorithms", "mgeo-real2").stdout

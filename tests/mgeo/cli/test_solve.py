@@ -6,8 +6,11 @@ from pathlib import Path
 from pkgutil import resolve_name
 
 import numpy as np
+import pandas as pd
 import pytest
+from pymoo.problems.multi import ZDT1
 
+from mgeo import View
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.run_folder import read_run
 
@@ -221,3 +224,32 @@ def test_run_without_feasible_solutions_reports_the_nearest(mgeo, monkeypatch):
     assert "nearest.csv" in document["files"]
     assert document["infeasibility"]["violations"]
     assert "g1 by " in document["infeasibility"]["suggestions"][0]
+
+
+class BoundedView(View):
+    """View with a constraint that the search does not evaluate."""
+
+    def constraints(self):
+        bound = {"unit": "m", "bound_type": "at most", "bound_value": 0.5}
+        columns = ["unit", "value", "bound_type", "bound_value", "margin"]
+        return [
+            pd.DataFrame(bound | {"value": x, "margin": 0.5 - x}, index=["width"])[columns]
+            for x in self.X[:, 0]
+        ]
+
+
+class BoundedProblem(ZDT1):
+    def view(self, X):
+        return BoundedView(self, X)
+
+
+def test_solutions_that_violate_a_constraint_are_marked(mgeo):
+    name = f"{__name__}:{BoundedProblem.__name__}"
+    arguments = ["solve", name, "--evaluations", 3000, "--out"]
+    front = json.loads(mgeo(*arguments, "a", "--json").stdout)["front"]
+    violated = [each["solution"] for each in front if each["violated"] == ["width"]]
+    assert violated == [each["solution"] for each in front if each["f1"] > 0.5]
+    assert 0 < len(violated) < len(front)
+    text = mgeo(*arguments, "b").stdout
+    assert re.findall(r"^ *(\d+)  [\w-]+ \* ", text, re.MULTILINE) == list(map(str, violated))
+    assert re.search(r"^\* .* width", text, re.MULTILINE)

@@ -72,7 +72,7 @@ def test_suggested_relaxation_is_sufficient_and_has_units():
     required = nearest.X[0, 0] - 2.0
     table = report.build_table()
     assert table["violation"].to_dict() == {"height": required}
-    assert table["found in"].tolist() == [f"{len(nearest)} of {len(nearest)}"]
+    assert table["violated by"].tolist() == [f"{len(nearest)} of {len(nearest)}"]
     (suggestion,) = report.suggestions
     value = float(re.search(r"height by (\S+) m", suggestion)[1])
     assert required <= value < 1.01 * required

@@ -34,7 +34,7 @@ def build_quarter_circle(n):
 def test_quarter_circle_is_represented_by_extremes_knee_and_two_points():
     F = build_quarter_circle(101)[::-1]
     chosen = select_representative_solutions(PlainProblem(), F)
-    assert [h.label for h in chosen] == ["min-f1", "between", "knee", "between", "min-f2"]
+    assert [h.label for h in chosen] == ["min-f1", "intermediate", "knee", "intermediate", "min-f2"]
     assert [h.row for h in chosen] == [100, 75, 50, 25, 0]
 
 
@@ -53,7 +53,7 @@ def test_straight_and_concave_fronts_have_no_knee(bulge):
     F = np.column_stack([x, 1 - x + bulge * np.sin(np.pi * x)])
     assert find_knee(F) is None
     labels = [h.label for h in select_representative_solutions(PlainProblem(), F)]
-    assert labels == ["min-f1", "between", "between", "between", "min-f2"]
+    assert labels == ["min-f1", "intermediate", "intermediate", "intermediate", "min-f2"]
 
 
 @pytest.mark.parametrize("seed", range(5))

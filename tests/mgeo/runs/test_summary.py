@@ -1,10 +1,14 @@
 """Summary of a front and of its recommended solution."""
 
+import re
+
 import numpy as np
+import pandas as pd
 from pymoo.problems import get_problem
+from pymoo.problems.multi import ZDT1
 
 from mgeo.algorithms import MGEODirected
-from mgeo.plugins.view import build_view
+from mgeo.plugins.view import View, build_view
 from mgeo.runs.summary import summarize_front
 from tests.mgeo.solved import solve
 
@@ -33,6 +37,7 @@ def test_violated_constraint_of_view_is_a_warning():
     assert height > 2.5
     assert summary.overview["constraints"].table["margin"].to_dict() == {"height": 2.0 - height}
     assert [line for line in summary.warnings if "height" in line]
+    assert summary.front["violated"].tolist() == [["height"]] * len(summary.front)
 
 
 def test_satisfied_constraints_are_no_warning():
@@ -52,3 +57,24 @@ def test_rows_of_the_front_are_those_of_the_problem():
     assert summary.front["label"].iloc[0] == "min-f1"
     assert summary.front["label"].iloc[-1] == "min-f2"
     assert summary.front["label"][summary.recommended.row] == summary.recommended.label
+
+
+def test_warning_names_a_solution_that_satisfies_all_constraints():
+    class WidthView(View):
+        """View whose constraint excludes the solutions from the knee on."""
+
+        def constraints(self):
+            bound = {"unit": "m", "value": 0.0, "bound_type": "at most", "bound_value": 0.1}
+            widths = self.X[:, 0].tolist()
+            return [pd.DataFrame(bound | {"margin": 0.1 - w}, index=["width"]) for w in widths]
+
+    class Width(ZDT1):
+        def view(self, X):
+            return WidthView(self, X)
+
+    summary = summarize(Width())
+    names = summary.front["violated"]
+    assert names[summary.recommended.row] == ["width"]
+    (warning,) = summary.warnings
+    (row,) = re.findall(r"solution (\d+), which satisfies", warning)
+    assert names[int(row)] == []

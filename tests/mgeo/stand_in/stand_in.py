@@ -17,6 +17,7 @@ from mgeo import View
 
 DENSITY, MODULUS = 7800.0, 207e9  # kg/m^3, Pa
 PRESETS = {"light": 500.0, "heavy": 2000.0}  # load [N]
+DESCRIPTIONS = {name: f"load of {load:g} N" for name, load in PRESETS.items()}
 
 
 class CantileverView(View):
@@ -42,6 +43,7 @@ class CantileverView(View):
 class Cantilever(Problem):
     var_names = ("diameter [m]", "length [m]")
     obj_names = ("mass [kg]", "deflection [m]")
+    preset_descriptions = DESCRIPTIONS
 
     def __init__(self, load=1000.0):
         if not load > 0:

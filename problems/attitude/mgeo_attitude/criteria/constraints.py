@@ -235,7 +235,7 @@ def _build_required_sigma(scenario: Scenario) -> Constraint:
     required = RequiredSigma(scenario.required_sigma).list_sigmas(suite.units)
     bounds = (
         Bound(
-            f"required 1-sigma of {unit.label}",
+            f"1-sigma of {unit.label}",
             partial(_compute_worst_sigma, index=index),
             sigma,
             unit.unit,

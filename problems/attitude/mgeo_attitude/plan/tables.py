@@ -164,8 +164,7 @@ def _describe_timeline(plan: ManeuverPlan) -> str:
     (epoch,) = format_time_stamps(plan.scenario.epoch, np.zeros(1))
     text = (
         f"Start: time after {epoch[:_STAMP_LENGTH]} UTC. ω: commanded body rates. Angle: "
-        "accumulated rotation. Last columns: quantity whose 1-sigma the maneuver reduces most, and "
-        "the factor."
+        "accumulated rotation."
     )
     labels = [phase.label for phase in plan.phases]
     if any(label.startswith(RAMP_PREFIX) for label in labels):

@@ -387,7 +387,10 @@ def list_assumptions(wheels: Wheels | None, magnetorquers: Magnetorquers | None)
     The tuple is empty if the scenario models wheels or magnetorquers completely.
     """
     if wheels is None and magnetorquers is None:
-        return ("No actuator limits the body rates. Add [wheels] or [magnetorquers].",)
+        return (
+            "The scenario has no actuators: only maneuvers.max_rate_deg_s limits body rates. Add a "
+            "table [wheels] or [magnetorquers] to the scenario file.",
+        )
     if (
         wheels is not None
         and magnetorquers is not None

@@ -18,8 +18,14 @@ from mgeo_attitude.settings.schema_description import describe_schema
 
 Table = dict[str, Any]
 
-#: Names of the presets, each a file in this folder.
-PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatellite")
+#: Descriptions of the presets by name, each a file in this folder.
+PRESETS: Mapping[str, str] = {
+    "paper": "satellite of the published paper; the default",
+    "cubesat_1u": "1U cubesat that only magnetorquers rotate",
+    "cubesat_6u": "6U cubesat with small instruments",
+    "cubesat_6u_full": "cubesat_6u with further instrument and model errors",
+    "microsatellite": "110 kg satellite with star trackers and wheels",
+}
 
 
 def merge_preset(table: Mapping[str, Any]) -> Table:

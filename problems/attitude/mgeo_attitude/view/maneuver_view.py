@@ -71,7 +71,7 @@ class ManeuverView(Plans):
 
     def format_title(self, name: str) -> str:
         """Return a column title with the words of the field in place of ``t_end`` and ``trace``."""
-        event = "end" if self.problem.model.ends_with_last_maneuver else "convergence"
+        event = "end" if self.problem.model.rule in ("end", "required") else "convergence"
         title = name.replace("t_end", f"{event} time").removesuffix(" [-]").replace(" [-],", ",")
         return re.sub(r"\btrace$|\btrace(?=,)", "weighted trace of covariance", title)
 
@@ -94,8 +94,8 @@ class ManeuverView(Plans):
 
     def next_commands(self, folder: str) -> dict[str, str]:
         return {
-            "Print the plan in full": f"mgeo attitude show {folder}",
-            "Verify the plan by simulation": f"mgeo attitude verify {folder}",
+            "Print the plan": f"mgeo attitude show {folder}",
+            "Verify by simulation": f"mgeo attitude verify {folder}",
         }
 
     def suggestions(self) -> list[str]:
@@ -175,11 +175,10 @@ def _list_robustness_warnings(plans: Plans, sample_label: str) -> list[str]:
     is_fixed = problem.model.ends_with_last_maneuver
     labels = [label for label in problem.obj_labels if not (is_fixed and label == "time")]
     names = " or ".join(labels).replace("-", " ")
-    verb = "exceeds" if n_overrun == 1 else "exceed"
-    advice = "Use --robust for plans that hold in 90 %."
+    advice = "Use --robust to search for plans that tolerate these errors."
     if problem.scenario.monte_carlo:
-        advice = "Increase n_runs of [monte_carlo]."
+        advice = "Increase monte_carlo.n_runs in the scenario file."
     return [
-        f"{n_overrun} of {sample_label} {verb} the predicted {names} by more than "
-        f"{100.0 * TOLERANCE:.0f} % in at least 10 % of Monte Carlo runs. {advice}"
+        f"Random errors may increase the {names} of {n_overrun} of {sample_label} by over "
+        f"{100.0 * TOLERANCE:.0f} %. {advice}"
     ]

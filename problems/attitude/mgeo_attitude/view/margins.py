@@ -6,7 +6,7 @@ The margins include the time after convergence, which the search does not evalua
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -17,11 +17,13 @@ from mgeo_attitude.criteria.constraints import PLAN_END, Bound
 from mgeo_attitude.criteria.objectives import attitude_accuracy_deg
 from mgeo_attitude.environment.directions import SatelliteState
 from mgeo_attitude.environment.environment import Environment
-from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.evaluator import Evaluation, evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_constraints import compute_monitored_angle_on_orbit
+from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.settings.errors import InvalidValue
 from mgeo_attitude.trajectory.trajectory import Trajectory
 from mgeo_attitude.view.plans import Plans
@@ -35,6 +37,8 @@ _SIGMAS = 3.0
 INTERVALS_AFTER_CONVERGENCE = ("in the constant-rate hold", "in the slew back")
 #: Label of the constraint that ``maneuvers.end_tolerance_deg`` sets.
 END_ATTITUDE = "attitude after the slew back, 3 sigma"
+#: End of the labels of required 1-sigmas after the slew back.
+_AFTER_SLEW_BACK = "after the slew back"
 
 
 def build_constraint_tables(
@@ -93,7 +97,8 @@ def has_constraints_after_convergence(scenario: Scenario) -> bool:
     has_motion_constraints = scenario.path_constraints or scenario.windows or has_wheel_budget
     continues = scenario.monte_carlo or scenario.maneuvers.slew_back
     has_end_tolerance = scenario.maneuvers.end_tolerance_deg is not None
-    return bool((has_motion_constraints and continues) or has_end_tolerance)
+    has_required_sigma = scenario.required_sigma and scenario.maneuvers.slew_back
+    return bool((has_motion_constraints and continues) or has_end_tolerance or has_required_sigma)
 
 
 def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]]:
@@ -102,8 +107,10 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
 
     Path constraints, wheel budgets and the deadline are evaluated during the constant-rate hold and
     the slew back, in about 0.1 s per plan. The final attitude uncertainty is compared with its
-    tolerance. The dict is empty if the scenario has no such constraints or if the covariance of the
-    plan lost positivity.
+    tolerance, and the 1-sigmas after the slew back with the required ones. With the convergence
+    rule "required" they must be satisfied until the end of the scenario, otherwise at the end of
+    the slew back. The dict is empty if the scenario has no such constraints or if the covariance of
+    the plan lost positivity.
 
     Returns
     -------
@@ -130,6 +137,8 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
                     problem.scenario, problem.model, trajectory
                 )
                 rows[i][END_ATTITUDE] = _build_upper_bound_row("deg", error_deg, tolerance)
+            if problem.scenario.required_sigma and problem.scenario.maneuvers.slew_back:
+                rows[i] |= _compute_required_margins(problem.scenario, problem.model, trajectory)
         deadline = problem.scenario.deadline
         if deadline < np.inf:
             rows[i][f"{PLAN_END}, including hold and slew back"] = _build_upper_bound_row(
@@ -158,32 +167,85 @@ def _compute_final_attitude_error(
 
     The covariance includes all measurements until the end and the growth due to gyro noise.
     """
-    last = round(trajectory.end / model.step)
-    if last > model.n_steps:  # The scenario's duration bounds t_end, but not the slew back.
-        longer = dataclasses.replace(scenario, duration=last * model.step)
-        model = FilterModel.from_scenario(longer)
-    result = evaluate(model, trajectory.commanded_design, covariance=True, end_steps=last)
+    result = _evaluate_with_slew_back(
+        scenario, model, trajectory, round(trajectory.end / model.step)
+    )
     return _SIGMAS * float(attitude_accuracy_deg(result.covariance[0]))
 
 
-def list_margin_warnings(plans: Plans, sample_label: str) -> list[str]:
-    """Return a list with a warning if plans violate constraints after convergence.
+def _compute_required_margins(
+    scenario: Scenario, model: FilterModel, trajectory: Trajectory
+) -> dict[str, MarginRow]:
+    """Return the margins of the required 1-sigmas after the slew back, as a dict of table rows by
+    label.
+    """
+    first = round(trajectory.end / model.step)
+    last = max(first, model.n_steps) if model.rule == "required" else first
+    result = _evaluate_with_slew_back(scenario, model, trajectory, last)
+    variances = result.variances[0, first : last + 1].max(axis=0)
+    worst = np.sqrt(variances.reshape(-1, 3).max(axis=1))
+    required = RequiredSigma(scenario.required_sigma).list_sigmas(model.suite.units)
+    return {
+        f"1-sigma of {unit.label} {_AFTER_SLEW_BACK}": _build_upper_bound_row(
+            unit.unit, sigma * unit.factor, bound * unit.factor
+        )
+        for unit, sigma, bound in zip(
+            list_block_units(model.suite), worst.tolist(), required, strict=True
+        )
+        if bound < np.inf
+    }
 
-    The warning names the violated constraints. The list is empty if there are none.
+
+def _evaluate_with_slew_back(
+    scenario: Scenario, model: FilterModel, trajectory: Trajectory, last: int
+) -> Evaluation:
+    """Run the filter along a plan and its slew back until the filter step `last`, and return the
+    covariance at this step and the variances at all steps.
+    """
+    if last > model.n_steps:  # The scenario's duration bounds t_end, but not the slew back.
+        longer = dataclasses.replace(scenario, duration=last * model.step)
+        model = FilterModel.from_scenario(longer)
+    design = trajectory.commanded_design
+    return evaluate(model, design, history=True, covariance=True, end_steps=last)
+
+
+def list_margin_warnings(plans: Plans, sample_label: str) -> list[str]:
+    """Return warnings on plans that violate constraints after convergence, with the names of the
+    violated constraints.
+
+    Required 1-sigmas after the slew back have a warning of their own. The list is empty if no
+    constraint is violated.
     """
     violated_labels = [
         {label for label, (*_, margin) in after.items() if margin < 0.0}
         for after in compute_margins_after_convergence(plans)
     ]
-    labels = sorted(set().union(*violated_labels))
-    if not labels:
-        return []
-    n_violating = sum(map(bool, violated_labels))
-    verb = "violates" if n_violating == 1 else "violate"
-    return [
-        f"{n_violating} of {sample_label} {verb} a constraint after convergence "
-        f"({', '.join(labels)}). Check the constraints of a plan with mgeo attitude show."
+    after_slew_back = [
+        {label for label in labels if label.endswith(_AFTER_SLEW_BACK)}
+        for labels in violated_labels
     ]
+    others = [
+        labels - after for labels, after in zip(violated_labels, after_slew_back, strict=True)
+    ]
+    show = "Check the constraints of a plan with mgeo attitude show."
+    relax = "Require smaller values in [required_sigma], or start at another epoch."
+    return [
+        *_format_violations(others, sample_label, show),
+        *_format_violations(after_slew_back, sample_label, relax),
+    ]
+
+
+def _format_violations(
+    labels_by_plan: Sequence[set[str]], sample_label: str, advice: str
+) -> Iterator[str]:
+    n_violating = sum(map(bool, labels_by_plan))
+    if n_violating:
+        verb = "violates" if n_violating == 1 else "violate"
+        names = ", ".join(sorted(set().union(*labels_by_plan)))
+        yield (
+            f"{n_violating} of {sample_label} {verb} a constraint that the search does not "
+            f"evaluate: {names}. {advice}"
+        )
 
 
 def compute_interval_margins(

@@ -48,7 +48,8 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     sections = {"end": Section("", (text.strip(),)), "accuracy": _build_accuracy_section(plans)}
     if len(constraints):
         sections["constraints"] = build_constraint_section(constraints)
-    sections["maneuvers"] = Section("Maneuver", (), maneuvers, "", _DECIMALS, MAX_ROWS)
+    note = _describe_phases(plans, maneuvers)
+    sections["maneuvers"] = Section("Maneuver", (), maneuvers, note, _DECIMALS, MAX_ROWS)
     return sections
 
 
@@ -67,11 +68,14 @@ def _build_accuracy_section(plans: Plans) -> Section:
     if len(table) > MAX_ROWS:  # Attitude first, then the quantities with the smallest reduction.
         order = (table["predicted"] / table["before"]).iloc[1:].sort_values(ascending=False).index
         table, max_rows = table.loc[[table.index[0], *order]], _MAX_QUANTITIES
-    note = f"90 % of runs: not exceeded in 90 % of {plans.n_monte_carlo_runs} Monte Carlo runs. "
+    note = (
+        f"90 % of runs: 1-sigma that 90 % of {plans.n_monte_carlo_runs} Monte Carlo runs with "
+        "random errors do not exceed. "
+    )
     if plans.problem.scenario.is_magnetorquer_driven:
         note += "Predicted: root mean square of these runs. "
     note += (
-        "Ratio: predicted / lower bound for any maneuver of this duration."
+        "Ratio: predicted / lower bound of all maneuvers of this duration."
         if "lower bound" in table
         else "No lower bound can be proved for this scenario."
     )
@@ -114,8 +118,8 @@ def _find_worst_axes(sigma: Floats) -> Floats:
 
 
 def build_maneuver_table(plans: Plans) -> pd.DataFrame:
-    """Return a table of the maneuvers, the constant-rate hold and the slew back, for a view with
-    one plan.
+    """Return a table of the phases of a plan: maneuvers, constant-rate hold and slew back, for a
+    view with one plan.
 
     A maneuver includes the preceding change of the rate.
 
@@ -124,8 +128,8 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
     DataFrame
         One row per maneuver, by number, then ``hold`` and ``slew back``. Columns: ``start [s]``;
         ``duration [s]``; the commanded rates ``ωx [deg/s]`` to ``ωz [deg/s]``; ``angle [deg]``, the
-        accumulated rotation; ``largest reduction [of 1-sigma]``, the quantity whose worst-axis
-        1-sigma decreases by the largest factor in the maneuver; and ``times``, the factor.
+        accumulated rotation; ``most reduced 1-sigma``, the quantity whose worst-axis 1-sigma
+        decreases by the largest factor in the maneuver; and ``by factor``, the factor.
     """
     model = plans.problem.model
     trajectory = plans.compute_trajectory(0)
@@ -149,11 +153,20 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
                 "duration [s]": end - start,
                 **{f"ω{axis} [deg/s]": rate for axis, rate in rates},
                 "angle [deg]": sum(part.rotation_deg for part in parts),
-                "largest reduction [of 1-sigma]": quantity,
-                "times": factor,
+                "most reduced 1-sigma": quantity,
+                "by factor": factor,
             }
         )
     return pd.DataFrame(rows).set_index("maneuver")
+
+
+def _describe_phases(plans: Plans, table: pd.DataFrame) -> str:
+    sentences = []
+    if plans.problem.model.slew_limits is not None:
+        sentences.append("Duration and angle include the ramp to the rates.")
+    if "hold" in table.index:
+        sentences.append("Hold: the last rates are kept until convergence.")
+    return " ".join(sentences)
 
 
 def _describe_omitted_maneuvers(plans: Plans, table: pd.DataFrame) -> str:
@@ -176,20 +189,21 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns: ``ends after [s]`` or ``converges after [s]``; ``attitude 1-sigma [deg]`` about the
-        worst body axis; ``trace [-]``; ``trace / lower bound [-]``, if a lower bound can be proved;
-        and further objectives. If the scenario has Monte Carlo runs, ``robust time [s]`` and
-        ``robust trace [-]`` replace time and trace.
+        Columns: ``ends after [s]`` with the convergence rules "end" and "required", otherwise
+        ``converges after [s]``; ``attitude 1-sigma [deg]`` about the worst body axis;
+        ``covariance trace [-]``, the weighted trace; ``trace ratio [-]`` to the lower bound, if one
+        can be proved; and further objectives. If the scenario has Monte Carlo runs, ``robust time
+        [s]`` and ``robust trace [-]`` replace time and trace.
     """
     problem, result = plans.problem, plans.nominal
-    event = "ends after" if problem.model.ends_with_last_maneuver else "converges after"
+    event = "ends after" if problem.model.rule in ("end", "required") else "converges after"
     objectives = dict(zip(problem.objectives, plans.F.T, strict=True))
     labels = dict(zip(problem.objectives, problem.obj_names, strict=True))
     sigma_deg = np.degrees(plans.sigma[:, :3].max(axis=1))
     columns = {
         f"{event} [s]": result.t_end,
         "attitude 1-sigma [deg]": sigma_deg,
-        "trace [-]": result.trace,
+        "covariance trace [-]": result.trace,
     }
     if problem.scenario.monte_carlo:
         robust = {"t_end": "robust time [s]", "trace": "robust trace [-]"}
@@ -197,6 +211,6 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
         columns["attitude 1-sigma [deg]"] = sigma_deg
     with suppress(NoLowerBoundError):
         bounds = problem.lower_bound.evaluate_trace(result.t_end)
-        columns["trace / lower bound [-]"] = result.trace / bounds
+        columns["trace ratio [-]"] = result.trace / bounds
     columns |= {labels[key]: F for key, F in objectives.items() if key not in ("t_end", "trace")}
     return pd.DataFrame(columns)

@@ -17,13 +17,14 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario.criteria import MonteCarloSettings
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.validity import find_validity_violations
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.settings.base import get_annotation
 from mgeo_attitude.settings.types import Unit
 from mgeo_attitude.trajectory.trajectory import Trajectory
-from mgeo_attitude.view.margins import compute_interval_margins
+from mgeo_attitude.view.margins import MarginRow, compute_interval_margins
 
 _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
@@ -32,8 +33,8 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     """Return a description of a satellite and its scenario, as a dict of short texts by topic.
 
     The topics are satellite, time span, orbit, Sun, eclipses, magnetic field, maneuvers,
-    constraints, each with its margin while the satellite holds its initial attitude, and the
-    validity of the predicted accuracy. The computation takes about 0.1 s.
+    constraints, some with their margin while the satellite holds its initial attitude, and initial
+    errors. The computation takes about 0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
     end = _compute_end(scenario)
@@ -48,13 +49,12 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
         "magnetic field": _describe_field(environment),
         "maneuvers": _describe_maneuvers(scenario),
     }
-    margins = list(format_rest_margins(problem))
-    labels = [constraint.label for constraint in list_constraints(scenario)]
-    unknown = [label for label in labels if not any(text.startswith(label) for text in margins)]
-    constraints = [*margins, *unknown] or ["none"]
+    if scenario.monte_carlo is not None:
+        topics["Monte Carlo runs"] = _describe_monte_carlo(scenario.monte_carlo)
+    constraints = list(_describe_constraints(problem))
     for number, text in enumerate(constraints, 1):
         topics[f"constraint {number}" if len(constraints) > 1 else "constraint"] = text
-    topics["predicted accuracy"] = _describe_validity(scenario)
+    topics["initial errors"] = _describe_validity(scenario)
     return topics
 
 
@@ -124,9 +124,11 @@ def _describe_field(environment: Environment) -> str:
 
 def _describe_maneuvers(scenario: Scenario) -> str:
     limits = scenario.maneuvers
-    text = f"up to {limits.count}, at most {limits.max_rate_deg_s:g} deg/s about each body axis"
+    text = f"up to {limits.count}, each with three body rates and a duration; at most "
+    text += f"{limits.max_rate_deg_s:g} deg/s"
     if limits.max_acceleration_deg_s2 is not None:
-        text += f", {limits.max_acceleration_deg_s2:g} deg/s²"
+        text += f" and {limits.max_acceleration_deg_s2:g} deg/s²"
+    text += " about each body axis"
     if scenario.is_magnetorquer_driven:
         text += ", by magnetorquers"
     elif scenario.wheels:
@@ -134,12 +136,38 @@ def _describe_maneuvers(scenario: Scenario) -> str:
     return text + (", then a slew back" if limits.slew_back else "")
 
 
-def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
-    """Yield one line of text for each path constraint and each wheel budget, with its margin while
-    the satellite holds its initial attitude.
+def _describe_constraints(problem: AttitudeManeuverProblem) -> Iterator[str]:
+    """Yield one line of text for each constraint, with its bounds and, for path constraints and
+    wheel budgets, the margin while the satellite holds its initial attitude.
+    """
+    rows = _compute_initial_margins(problem)
+    for constraint in list_constraints(problem.scenario):
+        text = ", ".join(
+            f"{bound.label} at {'least' if bound.is_lower else 'most'} "
+            f"{bound.value * bound.factor:.3g} {bound.unit}"
+            for bound in constraint.bounds
+        )
+        if constraint.label in rows:
+            unit, value, *_, margin = rows[constraint.label]
+            state = "margin" if margin >= 0.0 else "violated by"
+            text += (
+                f"; {value:.3g} {unit} if the initial attitude is held "
+                f"({state} {abs(margin):.2g} {unit})"
+            )
+        yield text
 
-    The attitude uncertainty is that of the start. There are no lines for magnetorquers, which
-    cannot hold an attitude.
+
+def _describe_monte_carlo(settings: MonteCarloSettings) -> str:
+    objective = "mean" if settings.mean else f"{settings.quantile:g}-quantile"
+    return f"{settings.n_runs} for each plan; objectives are the {objective} of these runs"
+
+
+def _compute_initial_margins(problem: AttitudeManeuverProblem) -> dict[str, MarginRow]:
+    """Return the margins of path constraints and wheel budgets while the satellite holds its
+    initial attitude, as a dict of table rows by constraint label.
+
+    The attitude uncertainty is that of the start. The dict is empty for magnetorquers, which cannot
+    hold an attitude.
     """
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
@@ -147,24 +175,19 @@ def format_rest_margins(problem: AttitudeManeuverProblem) -> Iterator[str]:
         wheels is not None and wheels.has_momentum_budget
     )
     if not is_constrained or scenario.is_magnetorquer_driven:
-        return
+        return {}
     end = model.step * min(int(_compute_end(scenario) / model.step), model.n_steps)
     design = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
     trajectory = Trajectory(scenario, model, design, end, end)
     covariance = scenario.initial_attitude_covariance
-    rows = compute_interval_margins(model, trajectory, 0.0, end, covariance, "at rest")
-    for label, (unit, value, bound_type, bound, margin) in rows.items():
-        state = "margin" if margin >= 0.0 else "violated by"
-        yield (
-            f"{label.removesuffix(' at rest')}: {bound_type} {bound:.3g} {unit}; at rest "
-            f"{value:.3g} {unit}, {state} {abs(margin):.2g} {unit}"
-        )
+    rows = compute_interval_margins(model, trajectory, 0.0, end, covariance, "")
+    return {label.strip(): row for label, row in rows.items()}
 
 
 def _describe_validity(scenario: Scenario) -> str:
     if find_validity_violations(scenario):
-        return "initial errors exceed the validated range of the filter"
-    return "initial errors are in the validated range of the filter"
+        return "outside of the range for which the predicted accuracy is validated"
+    return "in the range for which the predicted accuracy is validated"
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:

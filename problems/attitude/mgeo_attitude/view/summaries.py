@@ -69,20 +69,26 @@ def _describe_end(plans: Plans, t_end: float, monte_carlo_t_end: float, end: flo
     model, scenario = plans.problem.model, plans.problem.scenario
     after = format_duration(t_end)
     is_converged = t_end < model.nonconvergence_time
-    nominal = f"converges after {after}" if is_converged else f"does not converge within {after}"
+    converges, converge = "converges", "converge"
+    if model.rule == "required":
+        converges, converge = "ends with satisfied requirements", "satisfy the requirements"
+    nominal = (
+        f"{converges} after {after}" if is_converged else f"does not {converge} within {after}"
+    )
     if model.ends_with_last_maneuver:
         text = f"Ends after {after}"
     elif math.isnan(monte_carlo_t_end) or monte_carlo_t_end == t_end:
         text = nominal.capitalize()
     elif math.isinf(monte_carlo_t_end):
-        text = f"Fewer than {MONTE_CARLO_SHARE_TEXT} converge; the nominal run {nominal}"
+        text = f"Fewer than {MONTE_CARLO_SHARE_TEXT} {converge}; the nominal run {nominal}"
     elif scenario.monte_carlo or not is_converged or scenario.is_magnetorquer_driven:
-        text = f"Converges within {format_duration(monte_carlo_t_end)} in {MONTE_CARLO_SHARE_TEXT}"
+        within = f"within {format_duration(monte_carlo_t_end)} in {MONTE_CARLO_SHARE_TEXT}"
+        text = f"{converges.capitalize()} {within}"
         if not scenario.is_magnetorquer_driven:  # Otherwise no run is nominal.
             text += f"; the nominal run {nominal}"
     else:
         within = format_duration(monte_carlo_t_end)
-        text = f"Converges after {after}, in {MONTE_CARLO_SHARE_TEXT} within {within}"
+        text = f"{nominal.capitalize()}, in {MONTE_CARLO_SHARE_TEXT} within {within}"
     if scenario.maneuvers.slew_back and math.isfinite(end):
         text += f"; the slew back ends after {format_duration(end)}"
     return text
