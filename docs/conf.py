@@ -1,6 +1,6 @@
-"""How the site is built: ``sphinx-build -W docs docs/_build``. Nothing in it needs a network.
+"""Sphinx configuration of the site. ``sphinx-build -W docs docs/_build`` builds it without network.
 
-The notebooks of ``../notebooks`` are pages of it, through the link ``docs/tutorials/notebooks``.
+The symbolic link ``docs/tutorials/notebooks`` includes the notebooks of ``../notebooks`` as pages.
 """
 
 import gc
@@ -13,11 +13,11 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
-from content import digest
+from content import compute_digest
 from jupyter_cache import get_cache
 
-# Trees of pages are full of cycles and live to the end: looked through at the usual times for
-# garbage, they take a quarter of the time.
+# Document trees have many reference cycles and live until the end of the build. At the default
+# thresholds, garbage collection would take a quarter of the time.
 gc.set_threshold(1_000_000)
 
 project = "mgeo"
@@ -41,20 +41,21 @@ extensions = [
 ]
 exclude_patterns = ["_build", "_extensions", "_static", "jupyter_execute"]
 
-# Notebooks and pages with code are run once: the cache knows them by their text, and its folder by
-# all else that they show. MGEO_NOTEBOOK_SMALL makes the notebooks short, and kernels begin so.
+# Notebooks and pages with code are executed once. The key of the cache is their text, and the name
+# of its folder is the digest of everything else on which they depend. MGEO_NOTEBOOK_SMALL shortens
+# the notebooks: kernels then start with a small number of Monte Carlo runs.
 if "MGEO_NOTEBOOK_SMALL" in os.environ:
-    os.environ["PYTHONSTARTUP"] = str(Path(__file__).parent / "_extensions" / "few_flights.py")
+    os.environ["PYTHONSTARTUP"] = str(Path(__file__).parent / "_extensions" / "few_runs.py")
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(
-    Path(__file__).parent / "_build" / "executed" / digest(Path(__file__).parents[1])
+    Path(__file__).parent / "_build" / "executed" / compute_digest(Path(__file__).parents[1])
 )
-# The cache's tables are made here: of two processes that begin with an empty cache one would fail.
+# Create the tables of the cache here. If two processes started with an empty cache, one would fail.
 get_cache(nb_execution_cache_path).list_cache_records()
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True
-nb_output_stderr = "remove"  # where a kernel is compiled it says so; the tests see to the rest
+nb_output_stderr = "remove"  # messages of compiled kernels
 nb_render_markdown_format = "myst"
 
 myst_enable_extensions = ["dollarmath"]
@@ -79,23 +80,23 @@ html_show_copyright = False
 pygments_style = "default"  # of contrast 4.5 and more
 
 
-#: Of the pages that take seconds those that end the second of two processes with the first.
+#: Slow pages that are read last, so that two processes end at about the same time.
 _LAST = ("studies/results", "explanation/paper")
 
 
 def setup(app: Any) -> None:
-    """Read first what runs longest, so that two processes (``-j 2``) end together."""
-    app.connect("env-before-read-docs", lambda app, env, names: names.sort(key=_turn))
+    """Read the slowest page first, so that two processes (``-j 2``) end at about the same time."""
+    app.connect("env-before-read-docs", lambda app, env, names: names.sort(key=_rank_page))
     app.connect("source-read", _adapt_notebook_links)
 
 
-def _turn(name: str) -> int:
+def _rank_page(name: str) -> int:
     return (name in _LAST) - (name == "tutorials/attitude-control")
 
 
 def _adapt_notebook_links(app: Any, name: str, source: list[str]) -> None:
-    """Let links of notebooks start from ``docs``: Sphinx follows the symbolic link to their folder,
-    which is outside of ``docs``.
+    """Make links of notebooks relative to ``docs``, because Sphinx resolves the symbolic link to
+    their folder outside of ``docs``.
     """
     if name.startswith("tutorials/notebooks/"):
         text = source[0].replace("](../docs/", "](/")

@@ -33,7 +33,7 @@ def wrap_text(text: str, indent: str = "", width: int = TEXT_WIDTH) -> str:
 
 
 def format_key(title: str) -> str:
-    """Convert the title of a column or section to a key of a JSON document.
+    """Convert the title of a column or section to a JSON key.
 
     No key begins with a digit: "90 % of runs" becomes ``in_90_percent_of_runs``. The ratio of a
     quantity to its lower bound has a key of its own, since the key of the title alone would be that
@@ -55,7 +55,7 @@ def format_key(title: str) -> str:
 def format_column(
     values: Sequence[object], decimals: int | None = None, digits: int = 3
 ) -> list[str]:
-    """Format the values of a column for people to read.
+    """Format the values of a column for display.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def format_column(
 
 
 def format_number(value: float, decimals: int | None = None, digits: int = 3) -> str:
-    """Format a number with some significant digits, or with a fixed number of decimals.
+    """Format a number with a given number of significant digits or decimals.
 
     Integer digits are not rounded below a million. NaN becomes an empty text.
 
@@ -97,7 +97,9 @@ def format_number(value: float, decimals: int | None = None, digits: int = 3) ->
 
 
 def format_two_digits(value: float) -> str:
-    """Format a positive number with two significant digits, without rounding its integer part.
+    """Format a positive number with two significant digits.
+
+    Digits before the decimal point are always kept.
 
     Examples
     --------

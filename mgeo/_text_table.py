@@ -16,7 +16,7 @@ _GAP = "  "
 
 
 def format_section(section: Section, width: int = TEXT_WIDTH) -> Iterator[tuple[str, str]]:
-    """Yield the title, the paragraphs, the table and the note of a section as plain text.
+    """Yield the title, paragraphs, table and notes of a section as plain text.
 
     Parameters
     ----------
@@ -47,7 +47,10 @@ def format_section(section: Section, width: int = TEXT_WIDTH) -> Iterator[tuple[
 
 
 def wrap_item(text: str, width: int = TEXT_WIDTH) -> str:
-    """Wrap a paragraph, or an item of a list, which begins with a hyphen and is indented."""
+    """Wrap a paragraph or a list item.
+
+    A list item begins with a hyphen, and its further lines are indented.
+    """
     return wrap_text(text, "  " if text.startswith("- ") else "", width)
 
 
@@ -66,7 +69,7 @@ def lay_out_table(
     width : int
         Width of the terminal [columns].
     decimals : mapping of str to int, optional
-        Columns with a fixed number of decimals, by title.
+        Numbers of decimals of columns, keyed by column title.
 
     Returns
     -------
@@ -109,7 +112,6 @@ def lay_out_table(
 
 
 def _measure_columns(heads: Sequence[list[str]], cells: Sequence[Sequence[list[str]]]) -> list[int]:
-    """Return the width of each column, given the lines of its head and of its cells."""
     return [
         max(len(line) for lines in (head, *column) for line in lines)
         for head, column in zip(heads, cells, strict=True)
@@ -123,7 +125,10 @@ def _measure_row(widths: Sequence[int]) -> int:
 def _split_columns(
     widths: Sequence[int], first: list[int], width: int, max_columns: int
 ) -> list[list[int]]:
-    """Split the columns of a table into parts that fit into a width; `first` is in each part."""
+    """Split the columns of a table into parts that fit a given width.
+
+    Each further part repeats the columns `first`.
+    """
     parts = [[0]]
     for j in range(1, len(widths)):
         part_width = _measure_row([widths[i] for i in (*parts[-1], j)])
@@ -134,13 +139,12 @@ def _split_columns(
 
 
 def _split_unit(title: str) -> list[str]:
-    """Split a column title into the name and the unit."""
     name, _, unit = title.partition(" [")
     return [name, unit.removesuffix("]")] if unit else [name]
 
 
 def _split_name(head: list[str], width: int) -> list[str]:
-    """Split the first line of a head, if longer than `width`, into two lines of similar length."""
+    """Split a long column name into two lines of similar length."""
     name, words = head[0], head[0].split(" ")
     if len(name) <= width or len(words) == 1:
         return head
@@ -151,7 +155,7 @@ def _split_name(head: list[str], width: int) -> list[str]:
 def _join_cells(
     row: Sequence[list[str]], widths: Sequence[int], are_numbers: Sequence[bool]
 ) -> str:
-    """Join the cells of a row, each a list of lines, to lines of text."""
+    """Format a table row whose cells may have several lines."""
     lines = []
     for k in range(max(map(len, row))):
         texts = [cell[k] if k < len(cell) else "" for cell in row]

@@ -31,8 +31,9 @@ class ConstraintRow(TypedDict):
 
 @extensible
 class Recommended(TypedDict):
-    """Recommended solution of a front: the knee or, without a knee, the best of objective 1.
+    """Recommended solution of a front.
 
+    This is the knee or, if the front has no knee, the solution with the best first objective.
     Further keys are tables of the problem, with one object per row. The problem `attitude` has
     `accuracy` and `maneuvers`; a problem without tables of its own has `values`.
     """
@@ -49,7 +50,7 @@ class Recommended(TypedDict):
 
 @extensible
 class FrontRow(TypedDict):
-    """Representative solution of a front.
+    """One of several solutions that represent a front.
 
     Further keys are quantities of the problem, with the unit at the end of the key. The problem
     `attitude` has `converges_after_s` (`ends_after_s` with the convergence rule `end`),
@@ -64,7 +65,7 @@ class FrontRow(TypedDict):
 
 @extensible
 class Violation(TypedDict):
-    """Constraint that the solutions nearest to feasibility violate.
+    """Constraint violated by some of the solutions nearest to feasibility.
 
     If the problem reports them, `unit`, `value` and `bound` are further keys.
     """
@@ -78,7 +79,7 @@ class Violation(TypedDict):
 
 
 class Infeasibility(TypedDict):
-    """Analysis of a run without a feasible solution."""
+    """Analysis of a run that found no feasible solution."""
 
     violations: list[Violation]
     """Violated constraints."""
@@ -104,7 +105,7 @@ class RunSummary(TypedDict):
 
 
 class ImpossibleDocument(TypedDict):
-    """Result of a run that does not start, because no design can satisfy the constraints."""
+    """Result of a run that cannot start because no design satisfies the constraints."""
 
     infeasibility_reasons: list[str]
     """Reasons, one sentence each."""
@@ -122,14 +123,14 @@ class ProblemSize(TypedDict):
 
 
 class DryRun(TypedDict):
-    """Run that would be made."""
+    """Description of a run that has not been started."""
 
     dry_run: Literal[True]
     """Always true."""
     configuration: RunConfiguration
     """All settings of the run, defaults included."""
     facts: dict[str, str]
-    """Properties of the problem, by name."""
+    """Properties of the problem, keyed by name."""
     warnings: list[str]
     """Warnings about the problem, each with what to do."""
     folder: str
@@ -202,7 +203,7 @@ class AlgorithmDocument(TypedDict):
 
 
 class AlgorithmRow(AlgorithmDocument):
-    """Algorithm in the list of all algorithms."""
+    """Entry in the list of all algorithms."""
 
     error: str | None
     """Reason why the algorithm cannot be loaded, otherwise null."""
@@ -216,7 +217,7 @@ class AlgorithmsDocument(TypedDict):
 
 
 class RankRow(TypedDict):
-    """Rank of an algorithm over all problems of a study."""
+    """Average rank of one algorithm in a study, with comparisons to the reference algorithm."""
 
     algorithm: str
     """Label of the algorithm."""
@@ -236,7 +237,7 @@ class RankRow(TypedDict):
 
 
 class Statistics(TypedDict):
-    """Statistics of an indicator over the runs of one algorithm."""
+    """Statistics of one indicator over the runs of one algorithm."""
 
     mean: float | None
     """Mean."""
@@ -251,7 +252,7 @@ class Statistics(TypedDict):
 
 
 class ProblemResults(TypedDict):
-    """Results of a study on one problem."""
+    """Results of all algorithms on one problem of a study."""
 
     n_finished: int
     """Number of finished runs."""
@@ -262,7 +263,7 @@ class ProblemResults(TypedDict):
     ranking: list[str]
     """Labels of the algorithms, best mean rank first."""
     algorithms: dict[str, dict[str, Statistics]]
-    """Statistics by the label of the algorithm and the indicator, such as "hypervolume"."""
+    """Statistics, keyed by algorithm label and by indicator, such as "hypervolume"."""
 
 
 class StudyDocument(TypedDict):
@@ -287,18 +288,18 @@ class StudyDocument(TypedDict):
     ranks: list[RankRow]
     """Ranks of the algorithms over all problems, best first."""
     problems: dict[str, ProblemResults]
-    """Results by the label of the problem."""
+    """Results, keyed by problem label."""
 
 
 class StudyDryRun(TypedDict):
-    """Study that would be made."""
+    """Description of a study that has not been started."""
 
     dry_run: Literal[True]
     """Always true."""
     title: str
     """Title of the study."""
     problems: dict[str, ProblemSize]
-    """Sizes of the problems, by label."""
+    """Sizes of the problems, keyed by label."""
     algorithms: list[str]
     """Labels of the algorithms."""
     evaluations: int
@@ -312,7 +313,7 @@ class StudyDryRun(TypedDict):
 
 
 class ExploreDocument(TypedDict):
-    """Server of the explorer, printed when it starts."""
+    """Address and folders of the explorer, printed when its server starts."""
 
     url: str
     """Address of the page."""

@@ -28,7 +28,9 @@ _stdout_stack: list[TextIO] = []  # the original stdout while `reserve_stdout` i
 
 @dataclass(frozen=True)
 class Output:
-    """Printer of the output of a command, as text or JSON according to ``--quiet`` and ``--json``.
+    """Printer for the output of a command, either as text or as a JSON document.
+
+    The options ``--quiet`` and ``--json`` of the command select the output.
 
     Attributes
     ----------
@@ -52,17 +54,17 @@ class Output:
             show(*texts)
 
     def print_title(self, text: str) -> None:
-        """Print the first sentence of a screen or the title of its parts, in bold."""
+        """Print a title in bold, wrapped to the text width."""
         self.print(escape_text(wrap_text(text), "bold"))
 
     def print_text(self, *paragraphs: str) -> None:
-        """Print wrapped paragraphs, and items of a list, which begin with a hyphen."""
+        """Print paragraphs and list items, wrapped to the text width."""
         from mgeo._text_table import wrap_item
 
         self.print(*map(wrap_item, paragraphs))
 
     def print_sections(self, *sections: Section) -> None:
-        """Print sections with their tables, separated by empty lines."""
+        """Print sections and their tables, separated by empty lines."""
         from mgeo._text_table import format_section
 
         width = build_console().width
@@ -73,14 +75,14 @@ class Output:
             )
 
     def print_warnings(self, warnings: Iterable[str]) -> None:
-        """Print warnings, one paragraph each."""
+        """Print each warning as a separate paragraph."""
         for warning in warnings:
             text = escape_text(wrap_text(f"Warning: {warning}", "  "))
             text.stylize("yellow", 0, len("Warning:"))
             self.print(text)
 
     def print_pairs(self, pairs: Mapping[str, str]) -> None:
-        """Print names and their wrapped texts, as two columns."""
+        """Print names and texts in two columns."""
         width = max(map(len, pairs), default=0) + 2
         for name, text in pairs.items():
             first, *rest = wrap_text(text, width=TEXT_WIDTH - width).splitlines() or [""]
@@ -91,14 +93,14 @@ class Output:
             self.print(line)
 
     def print_files(self, files: Mapping[str, str]) -> None:
-        """Print the paths of written files and their contents, below an empty line and a title."""
+        """Print the paths of written files, each with a description of its contents."""
         if files:
             self.print("", escape_text("Files", "bold"))
             width = max(map(len, files))
             self.print(*(f"{path:{width}}  {content}".rstrip() for path, content in files.items()))
 
     def print_commands(self, commands: Mapping[str, str], heading: str = "") -> None:
-        """Print the next commands by their purpose, below an empty line and a heading."""
+        """Print suggested next commands, each with its purpose."""
         width = max(map(len, commands), default=0) + 1
         lines = [f"{f'{purpose}:':{width}}  {text}" for purpose, text in commands.items()]
         self.print(*([""] if heading or lines else []), *([heading] if heading else []), *lines)
@@ -108,13 +110,16 @@ class Output:
         show(text, stderr=True)
 
     def print_document(self, document: Mapping[str, Any]) -> None:
-        """Print a dict as a JSON document on stdout if `json` is true, otherwise print nothing."""
+        """Print a JSON document on stdout if `json` is true, and do nothing otherwise."""
         if self.json:
             print(format_json(document), file=_stdout_stack[0] if _stdout_stack else sys.stdout)
 
 
 def format_json(document: Mapping[str, Any]) -> str:
-    """Return a dict as indented JSON text, with null in place of NaN and infinite numbers."""
+    """Format a dict as indented JSON text.
+
+    NaN and infinite numbers become null.
+    """
     from pydantic_core import to_jsonable_python
 
     finite = to_jsonable_python(dict(document), inf_nan_mode="null")
@@ -123,7 +128,10 @@ def format_json(document: Mapping[str, Any]) -> str:
 
 @contextmanager
 def reserve_stdout() -> Iterator[None]:
-    """Context manager that redirects stdout to stderr, except for `Output.print_document`."""
+    """Context manager that redirects stdout to stderr.
+
+    Only `Output.print_document` still writes to stdout.
+    """
     _stdout_stack.append(sys.stdout)
     try:
         with redirect_stdout(sys.stderr):
@@ -157,7 +165,7 @@ def show(*texts: str | Text, stderr: bool = False) -> None:
 
 
 def escape_text(text: object, style: str = "") -> Text:
-    """Convert a value to styled terminal text, with control characters escaped.
+    """Convert a value to styled terminal text, and escape control characters.
 
     Escaping prevents texts from files or plugins from sending control sequences to the terminal.
     """

@@ -15,19 +15,17 @@ def tabulate_results() -> pd.DataFrame:
     """
     first = _read_results("calibration", "plan.json", "truth.json")
     second = _read_results("second-calibration", "second.json", "second-truth.json")
-    accuracy = read_json("plan.json").build_accuracy_table().iloc[3:]
-    scale = accuracy["before"] / first["initial"]  # from units of the calibration
     sigmas = pd.DataFrame(
         {
-            "initial": accuracy["before"],
-            "first, predicted": scale * first["predicted"],
-            "first, achieved": scale * first["achieved"],
-            "second, predicted": scale * second["predicted"],
-            "second, achieved": scale * second["achieved"],
+            "initial": first["initial"],
+            "first, predicted": first["predicted"],
+            "first, achieved": first["achieved"],
+            "second, predicted": second["predicted"],
+            "second, achieved": second["achieved"],
             "error / 1-sigma": second["error"],
         }
     )
-    quantity = (accuracy.index.str[:-2] + " [" + accuracy["unit"] + "]").rename(None)
+    quantity = (first.index.str[:-2] + " [" + first["unit"] + "]").rename(None)
     return sigmas.groupby(quantity, sort=False).max().map("{:.3g}".format)
 
 

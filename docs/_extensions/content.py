@@ -1,4 +1,4 @@
-"""What executed pages depend on, besides their own text: code, data, versions, and how short."""
+"""Digest of the code, data and package versions on which executed pages depend."""
 
 import hashlib
 import os
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 
-#: Below the root of the repository.
+#: Files and folders that are hashed, relative to the root of the repository.
 SOURCES = (
     "mgeo",
     "problems",
@@ -26,11 +26,11 @@ _PACKAGES = (
 )
 
 
-def digest(root: Path, sources: Iterable[str] = SOURCES) -> str:
-    """A name for all of it: the same as long as no page could show anything else."""
+def compute_digest(root: Path, sources: Iterable[str] = SOURCES) -> str:
+    """Return a digest that changes if the output of an executed page may change."""
     state = hashlib.sha256()
     state.update(platform.python_version().encode())
-    state.update(b"small" if "MGEO_NOTEBOOK_SMALL" in os.environ else b"")  # whatever it says
+    state.update(b"small" if "MGEO_NOTEBOOK_SMALL" in os.environ else b"")
     for package in _PACKAGES:
         state.update(f"{package} {version(package)}\n".encode())
     for source in sources:

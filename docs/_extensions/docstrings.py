@@ -1,7 +1,7 @@
-"""What the reference says beyond the docstrings as they stand.
+"""Changes to docstrings before they appear in the reference.
 
-Those of `mgeo` say ``name : meaning``, where numpydoc would take the meaning for a type. The
-settings of `mgeo_attitude` declare their fields with meaning, unit and range: these are shown.
+Docstrings of `mgeo` have entries ``name : meaning``, in which numpydoc would interpret the meaning
+as a type. To the docstrings of settings classes, a section on their fields is added.
 """
 
 import dataclasses
@@ -17,10 +17,10 @@ _SECTION = re.compile(r"(Parameters|Returns|Raises|Attributes|Yields)$")
 _ENTRY = re.compile(r"(\S.*?) : (.+)$")
 
 
-def numpydoc(lines: list[str]) -> list[str]:
-    """Lines with each ``name : meaning`` moved to ``name`` and an indented meaning.
+def convert_entries(lines: list[str]) -> list[str]:
+    """Return the lines with each entry ``name : meaning`` as a name and an indented meaning.
 
-    An entry whose second line is indented and begins a sentence has a type, and stays.
+    An entry whose second line is indented and begins a sentence has a type, and does not change.
     """
     found: list[str] = []
     in_section = False
@@ -36,7 +36,7 @@ def numpydoc(lines: list[str]) -> list[str]:
     return found
 
 
-def fields(cls: type[Settings]) -> list[str]:
+def describe_fields(cls: type[Settings]) -> list[str]:
     """Return a section on the fields of a settings class."""
     found = ["", "Parameters", "----------"]
     for name in get_fields(cls):
@@ -46,17 +46,19 @@ def fields(cls: type[Settings]) -> list[str]:
     return found
 
 
-def process(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+def process_docstring(
+    app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]
+) -> None:
     if name.partition(".")[0] == "mgeo":
-        lines[:] = numpydoc(lines)
+        lines[:] = convert_entries(lines)
     if _is_settings(obj):
-        lines += fields(obj)
+        lines += describe_fields(obj)
 
 
-def signature(
+def process_signature(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, given: str, returned: str
 ) -> tuple[str, str] | None:
-    """None shown for settings: their fields follow with their defaults."""
+    """Return an empty signature for settings, whose section on fields contains the defaults."""
     return ("", "") if _is_settings(obj) else None
 
 
@@ -65,10 +67,12 @@ def _is_settings(obj: Any) -> bool:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Connect both, and link no attribute to one of another class that has the same name."""
+    """Connect both functions, and omit links of attributes, which may lead to another class."""
     for field in PyObject.doc_field_types:
         if field.name == "variable":
             field.rolename = field.typerolename = ""
-    app.connect("autodoc-process-docstring", process, priority=400)  # before napoleon, at 500
-    app.connect("autodoc-process-signature", signature)
+    app.connect(
+        "autodoc-process-docstring", process_docstring, priority=400
+    )  # before napoleon, at 500
+    app.connect("autodoc-process-signature", process_signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

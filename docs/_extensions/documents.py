@@ -1,6 +1,6 @@
-"""The directive ``document NAME``: a table of the keys of a JSON document.
+"""Directive ``document NAME``: tables of the keys of a JSON document.
 
-The names are those that ``mgeo schema`` lists.
+``mgeo schema`` lists the names.
 """
 
 import re
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from docutils import nodes
-from keys import _references
+from keys import find_references
 from mgeo_attitude.settings.schema_description import describe_schema
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
@@ -18,10 +18,10 @@ from mgeo.validation.documents import collect_documents
 _HEAD = ["| key | type | unit | meaning |", "| --- | --- | --- | --- |"]
 
 
-def markdown(name: str) -> str:
-    """Return the tables of a document: its own keys, then the keys of each object in it."""
+def format_document(name: str) -> str:
+    """Return a table of the top-level keys of a document, and a table for each object in it."""
     schema = collect_documents()[name].build_schema()
-    parts = [_table(schema)]
+    parts = [_format_table(schema)]
     shown: set[str] = set()
     waiting = list(_objects("", schema))
     while waiting:
@@ -30,12 +30,12 @@ def markdown(name: str) -> str:
             continue
         shown.add(definition)
         table = schema["$defs"][definition]
-        parts += [f"**`{path}`** {table.get('description', '')}", _table(table)]
+        parts += [f"**`{path}`** {table.get('description', '')}", _format_table(table)]
         waiting += _objects(f"{path}.", table)
     return "\n\n".join(parts) + "\n"
 
 
-def _table(schema: Any) -> str:
+def _format_table(schema: Any) -> str:
     required = schema.get("required", ())
     rows = []
     for key, entry in schema["properties"].items():
@@ -73,21 +73,19 @@ def _objects(above: str, schema: Any) -> Iterator[tuple[str, str]]:
     """Yield the path and the definition of each object in a schema."""
     for key, entry in schema["properties"].items():
         ending = "[]" if entry.get("type") == "array" else ""
-        for definition in _references(entry):
+        for definition in find_references(entry):
             yield f"{above}{key}{ending}", definition
 
 
 class DocumentTables(SphinxDirective):
-    """The tables in place of the directive."""
+    """Tables of the keys of one JSON document."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        """Return the nodes of the tables."""
-        return self.parse_text_to_nodes(markdown(self.arguments[0]))
+        return self.parse_text_to_nodes(format_document(self.arguments[0]))
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the directive."""
     app.add_directive("document", DocumentTables)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,4 +1,4 @@
-"""The directive ``export-formats``: a table of the formats in which plans are exported."""
+"""Directive ``export-formats``: table of the formats in which plans are exported."""
 
 from typing import Any
 
@@ -8,8 +8,8 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 
-def markdown() -> str:
-    """Return the table of the formats."""
+def format_formats() -> str:
+    """Return a table with one row for each format."""
     rows = ["| file | format | contents | needs |", "| --- | --- | --- | --- |"]
     for each in FORMATS:
         package = f"`{each.package}`" if each.package else ""
@@ -18,14 +18,12 @@ def markdown() -> str:
 
 
 class ExportFormats(SphinxDirective):
-    """The table in place of the directive."""
+    """Table of the export formats."""
 
     def run(self) -> list[nodes.Node]:
-        """Return the table's nodes."""
-        return self.parse_text_to_nodes(markdown())
+        return self.parse_text_to_nodes(format_formats())
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the directive."""
     app.add_directive("export-formats", ExportFormats)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,4 +1,4 @@
-"""Interactive figures of the site, drawn when it is built, mostly from the data in this folder."""
+"""Interactive figures of the site, drawn when the site is built."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -21,11 +21,11 @@ from mgeo.figures.style import SYMBOLS
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
 _TRACKER = Path(__file__).parents[1] / "scenarios" / "tracker.toml"
-#: Time to converge of the plan of its front that is shown, the knee [s].
+#: t_end of the knee of the front of the tracker's scenario [s].
 _KNEE = 1323.0
 _ERRORS = _FRONTS.parent / "errors.csv"
 
-#: Files that figures are drawn from; a page is built again when one of them changes.
+#: Files on which figures depend. If one of them changes, pages with figures are built again.
 SOURCES = (
     Path(__file__),
     Path(concept_figures.__file__),
@@ -44,7 +44,7 @@ _STARTS = {
     "nadir": ("nadir pointing", "#c8501e"),
     "sun": ("Sun pointing", "#3d8b4f"),
 }
-#: Name, samples that it goes through, with velocities or not, and color.
+#: Name, number of samples, use of velocities, and color.
 _POLYNOMIALS = (
     ("linear", 2, False, "#8a8a8a"),
     ("Lagrange, degree 3", 4, False, "#e39b6f"),
@@ -52,34 +52,33 @@ _POLYNOMIALS = (
     ("Hermite, degree 3", 2, True, "#7fa8d4"),
     ("Hermite, degree 7", 4, True, "#1f5fa8"),
 )
-#: Color and name of what blinds the star tracker.
+#: Color and name of each direction with an exclusion angle of the star tracker.
 _DIRECTIONS = {
     "sun": ("#e0a000", "Sun"),
     "earth": ("#1f5fa8", "Earth's limb"),
     "moon": ("#8a8a8a", "Moon"),
 }
-_COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
-_FLOORED = {
+_FLOOR_COLUMNS = {
     "attitude [deg]": "attitude [deg]",
-    "sun bias [arcmin]": "Sun sensor's bias [arcmin]",
-    "mag bias [nT]": "magnetometer's bias [nT]",
+    "sun bias [arcmin]": "Sun sensor bias [arcmin]",
+    "mag bias [nT]": "magnetometer bias [nT]",
 }
 _FLOOR_COLORS = ("#1f5fa8", "#c8501e", "#4a8f3c")
 _ORBIT = 5992.0
 
 
 def limits() -> go.Figure:
-    """Fronts of `cubesat_6u` with and without its limits."""
-    return _fronts(_LIMITS)
+    """Fronts of `cubesat_6u` with and without constraints."""
+    return _draw_fronts(_LIMITS)
 
 
 def starts() -> go.Figure:
-    """Fronts of `cubesat_6u` from several attitudes."""
-    return _fronts(_STARTS)
+    """Fronts of `cubesat_6u` from several initial attitudes."""
+    return _draw_fronts(_STARTS)
 
 
-def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
-    """Stored fronts by file, with name and color of each."""
+def _draw_fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
+    """Draw stored fronts, given the name and color of each file."""
     figure = go.Figure()
     for symbol, (run, (name, color)) in zip(SYMBOLS, runs.items(), strict=False):
         table = pd.read_csv(_FRONTS / f"{run}.csv").sort_values("t_end [s]")
@@ -109,7 +108,7 @@ def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
 
 
 def interpolation() -> go.Figure:
-    """Greatest error of interpolated positions over two hours of the paper's orbit."""
+    """Largest error of interpolated positions over two hours of the paper's orbit."""
     orbit, epoch = Scenario.paper().orbit, Scenario.paper().epoch
     at = np.arange(0.0, 7200.0, 3.7)
     truth, _ = orbit.propagate(epoch, at)
@@ -132,8 +131,8 @@ def interpolation() -> go.Figure:
 
 
 def tracker() -> go.Figure:
-    """Angles from the star tracker's boresight along a plan, its rate, and when it measures."""
-    problem, design = _knee()
+    """Angles to the boresight of the star tracker, body rate, and measurement periods of a plan."""
+    problem, design = _load_knee()
     model, n = problem.model, round(_KNEE)
     motion = Motion.from_design(model, design, model.n_steps)
     times, C = model.times[: n + 1], motion.attitude[: n + 1]
@@ -175,29 +174,31 @@ def tracker() -> go.Figure:
 
 
 def wheels() -> go.Figure:
-    """Greatest momentum of a wheel until each time of a plan, by allocation and disturbances."""
-    problem, design = _knee()
+    """Largest wheel momentum until each time of a plan, by allocation and disturbances."""
+    problem, design = _load_knee()
     steps = np.arange(1, round(_KNEE) + 1, 4)
     plan = problem.model.build_schedule(np.tile(design, (len(steps), 1)))
     figure = go.Figure()
     for allocation, color in (("pseudo-inverse", "#1f5fa8"), ("minimax", "#c8501e")):
-        for quiet, dash in ((False, "solid"), (True, "dot")):
-            of = dataclasses.replace(problem.scenario.wheels, allocation=allocation)
-            changed = dataclasses.replace(problem.scenario, wheels=of)
+        for is_undisturbed, dash in ((False, "solid"), (True, "dot")):
+            wheels = dataclasses.replace(problem.scenario.wheels, allocation=allocation)
+            scenario = dataclasses.replace(problem.scenario, wheels=wheels)
             budget = MomentumBudget.from_scenario(
-                changed, problem.environment, np.eye(3), np.zeros(3)
+                scenario, problem.environment, np.eye(3), np.zeros(3)
             )
-            budget = dataclasses.replace(budget, disturbance_margin=0.0) if quiet else budget
-            found = compute_wheel_loads(budget, plan, steps, problem.model.step, 1)[:, 0]
+            budget = (
+                dataclasses.replace(budget, disturbance_margin=0.0) if is_undisturbed else budget
+            )
+            loads = compute_wheel_loads(budget, plan, steps, problem.model.step, 1)[:, 0]
             figure.add_scatter(
                 x=steps.tolist(),
-                y=(1e3 * found).tolist(),
-                name=allocation + (", no disturbances" if quiet else ""),
+                y=(1e3 * loads).tolist(),
+                name=allocation + (", without disturbances" if is_undisturbed else ""),
                 line={"color": color, "dash": dash},
             )
     figure.add_hline(2.0, line={"color": "#333", "width": 1, "dash": "dash"})
     figure.update_xaxes(title="time [s]")
-    figure.update_yaxes(title="largest momentum until then [mN m s]", rangemode="tozero")
+    figure.update_yaxes(title="largest wheel momentum so far [mN m s]", rangemode="tozero")
     figure.update_layout(
         template="plotly_white", height=380, margin={"l": 60, "r": 20, "t": 20, "b": 50}
     )
@@ -205,10 +206,10 @@ def wheels() -> go.Figure:
 
 
 def floor() -> go.Figure:
-    """1-sigma over ten orbits, with errors that vary and without."""
+    """1-sigma over ten orbits, with and without environment model errors."""
     history = pd.read_csv(_ERRORS)
     figure = go.Figure()
-    for (column, label), color in zip(_FLOORED.items(), _FLOOR_COLORS, strict=True):
+    for (column, label), color in zip(_FLOOR_COLUMNS.items(), _FLOOR_COLORS, strict=True):
         for errors, dash in (("without", "dash"), ("with", "solid")):
             chosen = history[history["errors"] == errors]
             figure.add_scatter(
@@ -216,12 +217,15 @@ def floor() -> go.Figure:
                 y=chosen[column].tolist(),
                 mode="lines",
                 line={"color": color, "dash": dash},
-                name=f"{label}, {errors}",
+                name=f"{label}, {errors} model errors",
             )
     figure.update_xaxes(title="orbits", type="log")
     figure.update_yaxes(title="1-sigma of the worst axis", type="log", exponentformat="power")
     figure.update_layout(
-        template="plotly_white", height=460, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+        template="plotly_white",
+        height=520,
+        margin={"l": 60, "r": 20, "t": 20, "b": 50},
+        legend={"orientation": "h", "y": -0.15, "yanchor": "top", "x": 0.0},
     )
     return figure
 
@@ -249,8 +253,8 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
 }
 
 
-def _knee() -> tuple[AttitudeManeuverProblem, np.ndarray]:
-    """The problem of the tracker's file and the knee of its front."""
+def _load_knee() -> tuple[AttitudeManeuverProblem, np.ndarray]:
+    """Return the problem of the tracker's scenario and the design of the knee of its front."""
     table = pd.read_csv(_FRONTS / "tracker.csv")
     problem = AttitudeManeuverProblem(Scenario.from_toml(_TRACKER))
     (row,) = np.flatnonzero(table["t_end [s]"] == _KNEE)
@@ -258,7 +262,7 @@ def _knee() -> tuple[AttitudeManeuverProblem, np.ndarray]:
 
 
 def _hover_texts(table: pd.DataFrame) -> list[str]:
-    """Rates and duration of every maneuver of each solution, a line each."""
+    """Return a text for each plan, with one line per maneuver: rates and duration."""
     count = sum(column.startswith("duration_") for column in table.columns)
     texts = []
     for _, row in table.iterrows():

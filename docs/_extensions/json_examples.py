@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from terminal import printed
+from terminal import run_command
 
 
 def show_json(command: str, *paths: str) -> None:
@@ -19,7 +19,7 @@ def show_json(command: str, *paths: str) -> None:
     """
     from IPython.display import display
 
-    document = json.loads(printed(f"{command} --json"))
+    document = json.loads(run_command(f"{command} --json"))
     shown = json.dumps({path: _select(document, path) for path in paths}, indent=2)
     query = ", ".join(f'"{path}": .{path}' if set(path) & set(".[") else path for path in paths)
     line = f"{command} --json | jq '{{{query}}}'"

@@ -1,7 +1,7 @@
-"""Tables of all keys of a file, made from its JSON Schema when the site is built.
+"""Directive ``keys``: tables of all keys of a file format, generated from its JSON Schema.
 
-The directive ``keys scenario``, ``keys study`` or ``keys mapping`` writes a table of the top-level
-keys, and a section for each table of the file below it.
+``keys scenario``, ``keys study`` and ``keys mapping`` have one table of the top-level keys, and a
+section for each TOML table.
 """
 
 import json
@@ -43,74 +43,78 @@ SCHEMAS: Mapping[str, Callable[[], Schema]] = {
 }
 
 
-def markdown(schema: Schema) -> str:
-    """Return a table of the top-level keys of a file, and a section for each table of the file."""
-    parts = ["## Top-level keys", _table(schema)]
-    for name, key in _places(schema).items():
+def format_keys(schema: Schema) -> str:
+    """Return a table of the top-level keys, and a section for each TOML table in the order in which
+    the keys refer to the tables.
+    """
+    parts = ["## Top-level keys", _format_table(schema)]
+    for name, key in _find_paths(schema).items():
         definition = schema["$defs"][name]
-        parts.append(f"## `{key}`, {_words(name)}")
-        parts += [text for text in (definition.get("description", ""), _table(definition)) if text]
+        parts.append(f"## `{key}`, {_split_name(name)}")
+        parts += [
+            text for text in (definition.get("description", ""), _format_table(definition)) if text
+        ]
     return "\n\n".join(parts) + "\n"
 
 
-def _table(schema: Schema) -> str:
+def _format_table(schema: Schema) -> str:
     required = schema.get("required") or schema.get("anyOf", [{}])[-1].get("required", ())
-    rows = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
+    rows = ["| key | type and range | default | meaning |", "| --- | --- | --- | --- |"]
     for key, value in schema.get("properties", {}).items():
-        default = "needed" if key in required else _default(value)
+        default = "required" if key in required else _format_default(value)
         kind = describe_schema(value).removeprefix("nothing or ")  # The default is "none".
         cells = (f"`{key}`", kind, default, value.get("description", ""))
         rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
     return "\n".join(rows)
 
 
-def _places(schema: Schema) -> dict[str, str]:
-    """Names of definitions and the key, as a file writes it, under which each is first found."""
+def _find_paths(schema: Schema) -> dict[str, str]:
+    """Return, for each definition, the TOML header of the first table that uses it."""
     found: dict[str, str] = {}
     waiting = [("", schema)]
     for above, table in waiting:
         for key, value in table.get("properties", {}).items():
             listed = "items" in value or value.get("type") == "array"
             full = f"{above}{key}"
-            for name in _references(value):
+            for name in find_references(value):
                 if name not in found:
                     found[name] = f"[[{full}]]" if listed else f"[{full}]"
                     waiting.append((f"{full}.", schema["$defs"][name]))
     return found
 
 
-def _references(value: Any) -> Iterator[str]:
+def find_references(value: Any) -> Iterator[str]:
     if isinstance(value, Mapping):
         if "$ref" in value:
             yield value["$ref"].rpartition("/")[2]
         for part in value.values():
-            yield from _references(part)
+            yield from find_references(part)
     elif isinstance(value, list):
         for part in value:
-            yield from _references(part)
+            yield from find_references(part)
 
 
-def _default(value: Schema) -> str:
+def _format_default(value: Schema) -> str:
     if "default" not in value:
         return ""
     default = value["default"]
     return "none" if default is None else f"`{json.dumps(default, ensure_ascii=False)}`"
 
 
-def _words(name: str) -> str:
-    """`ManeuverBounds` as maneuver limits, `TLEOrbit` as TLE orbit."""
+def _split_name(name: str) -> str:
+    """Return the words of a class name: "TLE orbit" for `TLEOrbit`."""
     parts = re.findall(r"[A-Z]+(?=[A-Z][a-z])|[A-Z][a-z]+|[A-Z]+|\d+", name)
     return " ".join(part if part.isupper() else part.lower() for part in parts)
 
 
 class Keys(SphinxDirective):
-    """The keys of one kind of file, where it stands."""
+    """Tables of the keys of one file format."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
         (kind,) = self.arguments
-        lines = markdown(SCHEMAS[kind]()).splitlines()
+        lines = format_keys(SCHEMAS[kind]()).splitlines()
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 
 

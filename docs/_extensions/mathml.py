@@ -1,4 +1,4 @@
-"""Equations as MathML, which browsers draw themselves: no script, no font, no network."""
+"""Equations as MathML, which browsers display without scripts, fonts or a network."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ def visit_inline(translator: Any, node: nodes.math) -> None:
 
 
 def visit_block(translator: Any, node: nodes.math_block) -> None:
-    """The equation, its number at the right and an anchor that links to it."""
+    """Write an equation with its number at the right and a link to the equation."""
     body = translator.body
     body.append(translator.starttag(node, "div", CLASS="math"))
     if node["number"]:

@@ -1,7 +1,4 @@
-"""Table of the objectives of the satellite problem, from their records.
-
-The directive ``objectives`` writes it where it stands.
-"""
+"""Directive ``objectives``: table of the objectives of the satellite problem."""
 
 from typing import Any
 
@@ -10,7 +7,8 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 
-def markdown() -> str:
+def format_objectives() -> str:
+    """Return a table with one row for each objective."""
     from mgeo_attitude.criteria.objectives import OBJECTIVES, TRACE_DESCRIPTION, TRACE_PREFIX
 
     rows = [
@@ -23,10 +21,10 @@ def markdown() -> str:
 
 
 class Objectives(SphinxDirective):
-    """The table of objectives."""
+    """Table of the objectives."""
 
     def run(self) -> list[nodes.Node]:
-        return self.parse_text_to_nodes(markdown())
+        return self.parse_text_to_nodes(format_objectives())
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -1,8 +1,8 @@
-"""Interactive figures, drawn by one copy of plotly's library that the site itself serves.
+"""Interactive figures, drawn by one copy of plotly's library that is part of the site.
 
-The directive ``plotly`` draws where it stands what a function of `figures.py`, beside this file,
-returns. A notebook's figures come as JSON (``PLOTLY_RENDERER``) and are drawn alike: `Output` is
-found by MyST-NB through the entry point in the folder ``plotly_figures-1.0.dist-info``.
+The directive ``plotly NAME`` shows a figure of `figures.py`. The figures of executed cells are
+output as JSON (``PLOTLY_RENDERER``) and shown in the same way: MyST-NB finds `Output` by the entry
+point in the folder ``plotly_figures-1.0.dist-info``.
 """
 
 import os
@@ -23,23 +23,27 @@ MIME = "application/vnd.plotly.v1+json"
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 
 
-def box(figure: Any, name: str, docname: str) -> nodes.raw:
-    """A figure, or the dictionary of one, on the page `docname`; its name is unique there."""
+def build_figure_node(figure: Any, name: str, docname: str) -> nodes.raw:
+    """Return the node of a figure, given as object or dict, on the page `docname`. The name must be
+    unique on this page.
+    """
     text = to_html(
         figure,
         full_html=False,
         include_plotlyjs=False,
         config=_CONFIG,
-        div_id=f"figure-{name}",  # plotly would draw a random one
+        div_id=f"figure-{name}",  # plotly would use a random identifier
         validate=False,
     )
-    # Here and not by `add_js_file`: the theme would load it after the figure wants it.
+    # With `add_js_file`, the theme would load the library after the script of the figure.
     library = "../" * docname.count("/") + LIBRARY
     script = f'<script src="{library}"></script>'
-    named = f'<div role="figure" aria-label="{escape(label(figure))}">{text}</div>'
-    without = f"<noscript>{escape(label(figure))}: a figure that needs JavaScript.</noscript>"
+    named = f'<div role="figure" aria-label="{escape(format_label(figure))}">{text}</div>'
+    fallback = (
+        f"<noscript>{escape(format_label(figure))}: this figure requires JavaScript.</noscript>"
+    )
     classes = "plotly-box" + (" fits-phone" if has_free_sides(figure) else "")
-    return nodes.raw("", f'<div class="{classes}">{script}{named}{without}</div>', format="html")
+    return nodes.raw("", f'<div class="{classes}">{script}{named}{fallback}</div>', format="html")
 
 
 def has_free_sides(figure: Any) -> bool:
@@ -55,8 +59,8 @@ def _layout(figure: Any) -> dict[str, Any]:
     return layout
 
 
-def label(figure: Any) -> str:
-    """What a figure shows: its title, or else one axis against the other."""
+def format_label(figure: Any) -> str:
+    """Return the title of a figure, or the titles of its axes if there is none."""
     layout = _layout(figure)
 
     def text(*path: str) -> str:
@@ -70,21 +74,21 @@ def label(figure: Any) -> str:
 
 
 class PlotlyFigure(SphinxDirective):
-    """One figure, drawn where it stands."""
+    """Figure with the name that is the argument."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        import figures  # with all that computes
+        import figures  # slow, because it imports the packages of the satellite problem
 
         (name,) = self.arguments
         for source in figures.SOURCES:
             self.env.note_dependency(str(source))
-        return [box(figures.FIGURES[name](), name, self.env.docname)]
+        return [build_figure_node(figures.FIGURES[name](), name, self.env.docname)]
 
 
 class Output:
-    """A figure that a notebook shows."""
+    """Renderer of the figures of executed cells."""
 
     mime_priority_overrides: ClassVar[Sequence[tuple[str, str, int | None]]] = [("*", MIME, 1)]
 
@@ -93,7 +97,8 @@ class Output:
         if inline or data.mime_type != MIME:
             return None
         env = renderer.renderer.sphinx_env
-        return [box(data.content, f"{data.cell_index}-{data.output_index}", env.docname)]
+        name = f"{data.cell_index}-{data.output_index}"
+        return [build_figure_node(data.content, name, env.docname)]
 
 
 def write_library(app: Sphinx, error: Exception | None) -> None:

@@ -1,4 +1,4 @@
-"""Pages that show what is kept of studies are built again when that changes."""
+"""Build pages that show results of studies again if the stored results change."""
 
 from pathlib import Path
 from typing import Any
@@ -9,12 +9,12 @@ _STUDIES = Path(__file__).parents[1] / "studies"
 _READERS = ("studies/", "explanation/paper", "explanation/algorithms", "pt/artigo")
 
 
-def depend(app: Sphinx, docname: str, source: list[str]) -> None:
+def note_dependencies(app: Sphinx, docname: str, source: list[str]) -> None:
     if docname.startswith(_READERS):
         for path in (*_STUDIES.glob("*.py"), *_STUDIES.glob("*.toml"), *_STUDIES.rglob("*.csv")):
             app.env.note_dependency(str(path), docname=docname)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    app.connect("source-read", depend)
+    app.connect("source-read", note_dependencies)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

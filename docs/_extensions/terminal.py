@@ -1,9 +1,9 @@
-"""Pages whose cells are commands: each is run as a person would, and shown with what it prints.
+"""Cell magics that run the commands of a page, and show the commands with their output.
 
-The cell magic ``%%terminal`` runs the lines of a cell in a terminal of its own; ``%%save NAME``
-writes a file. Both show the cell as it would be typed, so that the cell itself can be left out.
-A line of ``mgeo`` runs in a fork of a process that has imported what commands import, all other
-lines, and what a line of ``mgeo`` is piped into, in a shell.
+``%%terminal`` runs each line of a cell in a pseudo-terminal, and ``%%save NAME`` writes the cell to
+a file. Both display the cell, so that the page can hide its input. A command ``mgeo`` runs in a
+fork of a process that has already imported the modules of the commands, which is faster. All other
+commands, and commands after a pipe, run in a shell.
 """
 
 import fcntl
@@ -29,15 +29,15 @@ _IMPORTED = [
     "mgeo_calibration.commands.calibrate",
     "mgeo_calibration.commands.verify",
 ]
-#: What colorama writes to a terminal when a program ends that has loaded it.
+#: Control sequence that colorama writes to a terminal when a program ends.
 _RESET = "\x1b[0m"
 
 
 def load_ipython_extension(shell: Any) -> None:
-    """Register both magics, and work in a folder that nobody else sees."""
+    """Register both magics, and change to a temporary folder."""
     from IPython.core.magic import register_cell_magic
 
-    sys.path.insert(0, str(Path(__file__).resolve().parent))  # wherever one then works
+    sys.path.insert(0, str(Path(__file__).resolve().parent))  # valid in the temporary folder, too
     folder = tempfile.TemporaryDirectory()
     shell.user_ns["_folder"] = folder  # deleted with the kernel
     os.chdir(folder.name)
@@ -50,20 +50,29 @@ def load_ipython_extension(shell: Any) -> None:
 
 
 def terminal(options: str, cell: str) -> None:
-    """Run commands, and show them and what they print; those of ``%%terminal fails`` must fail."""
+    """Run the commands of a cell, and show them with their output. Commands of ``%%terminal fails``
+    must fail.
+    """
     lines = cell.splitlines()
-    shown = "\n".join(printed(line, options == "fails") for line in lines).rstrip()
+    shown = "\n".join(run_command(line, options == "fails") for line in lines).rstrip()
     _show(("sh", cell.strip()), *([("text", shown)] if shown else []))
 
 
 def save(name: str, cell: str) -> None:
-    """Write a file, and show it."""
+    """Write a cell to a file, and show the cell."""
     Path(name).write_text(cell, encoding="utf-8")
     _show((Path(name).suffix[1:], cell.strip()))
 
 
-def printed(command: str, fails: bool = False) -> str:
-    """What a command writes to a terminal; messages on stderr only if it is expected to fail."""
+def run_command(command: str, fails: bool = False) -> str:
+    """Run a command, and return its output on stdout. If the command is expected to fail, append
+    the output on stderr.
+
+    Raises
+    ------
+    RuntimeError
+        If the command fails unexpectedly, or succeeds although it is expected to fail.
+    """
     if _SMALL:
         command = re.sub(r"(?<=--evaluations )\d+", "960", command)
         command = command.replace("attitude verify", "attitude verify --monte-carlo 20")
@@ -72,30 +81,30 @@ def printed(command: str, fails: bool = False) -> str:
     with ThreadPoolExecutor(1) as reader, tempfile.NamedTemporaryFile("w+") as messages:
         reading = reader.submit(lambda: b"".join(iter(lambda: _read(outside), b"")))
         code = _run(command, os.ttyname(inside), messages.name)
-        os.close(inside)  # nobody writes any more
-        written = reading.result()
+        os.close(inside)  # ends the reading
+        output = reading.result()
         os.close(outside)
-        # A short search may find a plan that does not keep its promise.
+        # A plan of a short search may not achieve its predicted accuracy (exit code 3).
         if fails != (code != 0) and not (_SMALL and code == 3):
             raise RuntimeError(f"{command}\n{messages.read()}")
         if fails:
-            written += messages.read().encode()
-    lines = written.decode().replace(_RESET, "").splitlines()
+            output += messages.read().encode()
+    lines = output.decode().replace(_RESET, "").splitlines()
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
 def _run(command: str, terminal: str, messages: str) -> int | None:
-    """Exit code of a command whose stdout and stderr are these files."""
-    asked, *piped = command.split(" | ", 1)
-    program, *arguments = shlex.split(asked)
+    """Run a command with these files as stdout and stderr, and return its exit code."""
+    first, *piped = command.split(" | ", 1)
+    program, *arguments = shlex.split(first)
     with open(terminal, "wb") as stdout, open(messages, "wb") as stderr:
-        if program != "mgeo" or set(asked) & set("|&;<>$`*?"):
+        if program != "mgeo" or set(first) & set("|&;<>$`*?"):
             return subprocess.run(
                 command, shell=True, stdout=stdout, stderr=stderr, check=False
             ).returncode
         with tempfile.NamedTemporaryFile() as between:
-            written = between.name if piped else terminal
-            process = _FORKS.Process(target=_mgeo, args=(arguments, written, messages))
+            output = between.name if piped else terminal
+            process = _FORKS.Process(target=_run_mgeo, args=(arguments, output, messages))
             process.start()
             process.join()
             if piped:
@@ -103,12 +112,12 @@ def _run(command: str, terminal: str, messages: str) -> int | None:
         return process.exitcode
 
 
-def _mgeo(arguments: list[str], terminal: str, messages: str) -> None:
-    """The command ``mgeo``, in a process that ends with it."""
+def _run_mgeo(arguments: list[str], terminal: str, messages: str) -> None:
+    """Run the command ``mgeo`` in this process, which ends with the command."""
     from mgeo.cli.app import main
 
     if _SMALL:
-        import few_flights  # noqa: F401
+        import few_runs  # noqa: F401
     for number, path in ((1, terminal), (2, messages)):
         os.dup2(os.open(path, os.O_WRONLY | os.O_NOCTTY), number)
     sys.argv = ["mgeo", *arguments]
@@ -118,7 +127,7 @@ def _mgeo(arguments: list[str], terminal: str, messages: str) -> None:
 def _read(terminal: int) -> bytes:
     try:
         return os.read(terminal, 65_536)
-    except OSError:  # so Linux says that nobody writes any more
+    except OSError:  # Linux raises this error when the other end is closed.
         return b""
 
 

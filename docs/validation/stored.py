@@ -14,7 +14,8 @@ from scipy.stats import chi2
 
 from mgeo.figures.style import COLORS, GRAY, GRID_COLOR, SYMBOLS
 
-DATA = Path(__file__).parent / "data"
+DOCS = Path(__file__).parents[1]
+DATA = DOCS / "validation" / "data"
 PRESETS = ("paper", "cubesat_6u")
 #: Filters of the page on filter consistency, by their key in the stored results.
 FILTERS = {
@@ -42,9 +43,9 @@ _BAND = {
 }
 
 
-def read_results(name: str) -> list[dict[str, Any]]:
+def read_results(name: str, folder: Path = DATA) -> list[dict[str, Any]]:
     """Return the stored results of a benchmark, one dict per case."""
-    text = (DATA / f"{name}.jsonl").read_text(encoding="utf-8")
+    text = (folder / f"{name}.jsonl").read_text(encoding="utf-8")
     return [json.loads(line) for line in text.splitlines()]
 
 

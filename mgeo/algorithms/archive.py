@@ -18,8 +18,7 @@ _N_NEIGHBORS = 8
 
 
 def truncate(F: FloatArray, size: int) -> BoolArray:
-    """Return the mask of the points that remain when the most crowded point of a front is removed
-    repeatedly, until at most `size` points are left.
+    """Select at most `size` points of a front by repeatedly removing the most crowded point.
 
     The most crowded point has the smallest distance to its nearest neighbor. Ties are broken by the
     distance to the second neighbor, and then by the row: the first one is removed. This is the
@@ -61,7 +60,7 @@ def truncate(F: FloatArray, size: int) -> BoolArray:
 
 
 def _find_most_crowded(points: FloatArray, is_removable: BoolArray, count: int) -> list[int]:
-    """Return the indices of the next points that a truncation removes, most crowded first.
+    """Return the indices of up to `count` points that `truncate` removes next, in this order.
 
     Fewer than `count` rows are returned if the neighbors of one query of the k-d tree do not
     suffice to find the next row.
@@ -96,7 +95,9 @@ def _find_most_crowded(points: FloatArray, is_removable: BoolArray, count: int) 
 
 
 class ParetoArchive:
-    """Archive of the nondominated points of a run; all objectives are minimized.
+    """Archive of the nondominated points found during a run.
+
+    All objectives are minimized.
 
     - Of points with equal objectives, the archive keeps the first one.
     - Points with a NaN or infinite objective, or a NaN constraint violation, are rejected.
@@ -162,7 +163,7 @@ class ParetoArchive:
 
     @property
     def ideal_and_nadir(self) -> tuple[FloatArray, FloatArray]:
-        """Arrays of the smallest and of the largest value of each objective in the archive.
+        """Smallest and largest value of each objective in the archive, as two arrays.
 
         The arrays have the shape (n_obj,). For an empty archive they contain 0 and 1.
         """
@@ -181,8 +182,7 @@ class ParetoArchive:
     def add(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray | None = None
     ) -> BoolArray:
-        """Add the nondominated points of a batch to the archive, and return the mask of the added
-        points.
+        """Add the nondominated points of a batch to the archive.
 
         Archived points that a new point dominates are removed.
 

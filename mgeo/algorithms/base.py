@@ -39,12 +39,12 @@ _SETUP_OPTIONS = _OPTIONS | {"pf"}
 
 
 def is_dynamic(problem: Problem) -> bool:
-    """Return True if the objectives of a problem depend on time, as in `pymoo.problems.dyn`."""
+    """Return True if a problem is dynamic, that is, if its objectives change over time."""
     return isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None))
 
 
 class ExtremalOptimization(Algorithm, ABC):
-    """Base class of generalized extremal optimization for any number of objectives.
+    """Base class for generalized extremal optimization with any number of objectives.
 
     The search consists of `n_walkers` parallel search trajectories, called walkers. In each
     generation, each walker proposes candidates. All candidates are evaluated in one batch and added
@@ -131,9 +131,10 @@ class ExtremalOptimization(Algorithm, ABC):
         return duplicate
 
     def get_params(self) -> dict[str, Any]:
-        """Return the constructor parameters as a dict by name, without the options of pymoo.
+        """Return the constructor parameters as a dict that maps names to values.
 
-        The convention is that of `get_params` in scikit-learn.
+        The options of pymoo are not included. The convention is that of `get_params` in
+        scikit-learn.
 
         Raises
         ------
@@ -149,23 +150,26 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @property
     def front(self) -> ParetoArchive:
-        """Pareto archive of the run, with the nondominated points evaluated so far."""
+        """Archive of the nondominated points that the run has found so far."""
         return self.state.front
 
     @property
     def streams(self) -> list[np.random.Generator]:
-        """Random number generators, one per walker."""
+        """Random number generators of the walkers, one per walker."""
         return self.state.streams
 
     @property
     def walkers(self) -> FloatArray:
-        """Current points of the walkers, one row of coordinates (variables or bits) per walker."""
+        """Current points of the walkers as an array with one row per walker.
+
+        The columns are the variables or, for a binary encoding, the bits.
+        """
         return self.state.walkers
 
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
     ) -> "ExtremalOptimization":
-        """Prepare a run of the algorithm on a problem, and draw the starting points of the walkers.
+        """Prepare the algorithm for a problem, and draw the starting points of the walkers.
 
         Parameters
         ----------
@@ -210,7 +214,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def build_encoding(self, problem: Problem) -> RealEncoding | BitEncoding:
-        """Return the encoding of the problem's variables as real vectors or as bit strings.
+        """Return an encoding of a problem's variables as real vectors or as bit strings.
 
         Raises
         ------
@@ -220,7 +224,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def generate_candidates(self) -> FloatArray:
-        """Return the candidates of all walkers for the next generation, as rows of a float array.
+        """Return the candidates that the walkers propose for the next generation.
 
         Returns
         -------
@@ -231,8 +235,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     @abstractmethod
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
-        """Move each walker by the selection rule of the subclass, given the evaluated candidates,
-        and return the mask of the walkers that improved.
+        """Move the walkers, based on the objectives and constraint violations of their candidates.
 
         Parameters
         ----------
@@ -251,7 +254,9 @@ class ExtremalOptimization(Algorithm, ABC):
     def restart_idle_walkers(
         self, has_progress: BoolArray, has_archived_candidate: BoolArray
     ) -> None:
-        """Restart the walkers that made no progress for as many generations as the subclass allows.
+        """Restart the walkers that have made no progress for a number of generations.
+
+        The subclass defines this number.
 
         Parameters
         ----------
@@ -264,7 +269,7 @@ class ExtremalOptimization(Algorithm, ABC):
     def create_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> RunState:
-        """Return the initial state of a run, given random streams, an empty archive and walkers.
+        """Create the initial state of a run.
 
         The per-walker arrays of the state may be uninitialized, because `reset_walkers` is called
         next.
@@ -281,7 +286,7 @@ class ExtremalOptimization(Algorithm, ABC):
         return RunState.create(streams, front, walkers)
 
     def reset_walkers(self, rows: IntArray) -> None:
-        """Reset the data of selected walkers to initial values, except their current points."""
+        """Reset all data of the selected walkers except their current points."""
         self.state.n_idle_generations[rows] = 0
 
     # ---- implementation of pymoo's `Algorithm` ----------------------------------------------
@@ -307,9 +312,7 @@ class ExtremalOptimization(Algorithm, ABC):
             self._archive_evaluated_designs(self.sampling)
 
     def _archive_evaluated_designs(self, population: Population) -> None:
-        """Add the already evaluated individuals of the initial population to the archive, and
-        exclude their designs from the first generation.
-        """
+        """Move already evaluated initial designs from the first generation to the archive."""
         is_evaluated = find_evaluated(population, self.problem)
         evaluated = copy.deepcopy(population[is_evaluated])
         evaluated.set("n_gen", 0)
@@ -319,8 +322,10 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.initial_designs[: len(population)][is_evaluated] = np.nan
 
     def _initialize_infill(self) -> Population:
-        """Return the individuals of the first generation: the initial designs, followed by as many
-        candidates as the evaluation budget allows.
+        """Return the individuals of the first generation.
+
+        The initial designs come first. They are followed by as many candidates as the evaluation
+        budget allows.
         """
         points = self.state.initial_designs
         points = points[~np.isnan(points).any(axis=1)]
@@ -361,7 +366,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.n_generations = self.n_iter
 
     def restart_walkers(self, rows: IntArray, new_points: FloatArray | None = None) -> None:
-        """Move selected walkers to new points, at random by default, and reset their other data.
+        """Move the selected walkers to new points, and reset all their other data.
 
         Parameters
         ----------
@@ -378,7 +383,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self.reset_walkers(rows)
 
     def get_archived_points(self, rows: Any) -> FloatArray:
-        """Return the variables of selected archived points, one point per row of a float array.
+        """Return the variables of the selected points of the archive, with one row per point.
 
         Parameters
         ----------
@@ -388,7 +393,7 @@ class ExtremalOptimization(Algorithm, ABC):
         return self.variables.to_numbers(get_values(self.front.individuals[rows], "X"))
 
     def _restore_ask_order(self, infills: Any) -> Population:
-        """Return the individuals passed to `tell`, sorted into the order that `ask` returned."""
+        """Return the individuals passed to `tell` in the order in which `ask` returned them."""
         if (
             infills is not None
             and self._pending_designs is not None
@@ -412,12 +417,12 @@ class ExtremalOptimization(Algorithm, ABC):
     def _get_objectives_and_violations(
         self, population: Population
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return three arrays for a population: its objectives, its constraint violations by the
-        default tolerance of pymoo, and its constraint violations by the current tolerance.
+        """Return the objectives and the constraint violations of a population.
 
-        Violations are 0 where feasible. The archive uses the default tolerance. The selection uses
-        the current tolerance, from the configuration of the individuals. A constraint handling of
-        pymoo may relax the current tolerance during a run.
+        The second array contains the violations by the default tolerance of pymoo, and the third
+        array those by the current tolerance. Violations are 0 where feasible. The archive uses the
+        default tolerance. The selection uses the current tolerance, from the configuration of the
+        individuals. A constraint handling of pymoo may relax the current tolerance during a run.
         """
         F = get_values(population, "F")
         if F.shape != (len(population), self.problem.n_obj):

@@ -17,7 +17,7 @@ CODINGS = ("plain", "gray")
 
 
 class BitStrings(IndependentWalkers, ABC):
-    """Base class of algorithms whose walkers are bit strings.
+    """Base class for algorithms that represent walkers as bit strings.
 
     A subclass defines in `build_layout` which bits compete with each other. The parameters are
     described in `MGEOCanonical`.
@@ -46,7 +46,7 @@ class BitStrings(IndependentWalkers, ABC):
 
 
 class MGEOCanonical(BitStrings):
-    """Multiobjective generalized extremal optimization of bit strings (M-GEO).
+    """Multiobjective generalized extremal optimization with a binary encoding (M-GEO).
 
     In every generation, each walker generates one candidate per bit, with this bit flipped, and
     accepts one of its candidates. A generation takes as many evaluations as all walkers have bits.
@@ -91,7 +91,7 @@ class MGEOCanonical(BitStrings):
 
 
 class MGEOVar(BitStrings):
-    """Multiobjective generalized extremal optimization with one bit flip per variable (M-GEO_var).
+    """Generalized extremal optimization that flips one bit of every variable at a time (M-GEO_var).
 
     In every generation, each walker generates one candidate per bit, with this bit flipped. The
     candidates of each variable are ranked separately, and one per variable is accepted, so that a

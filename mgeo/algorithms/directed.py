@@ -26,7 +26,7 @@ _SIGMA_LIMITS = 1e-6, 10.0
 
 
 class MGEODirected(DirectedMoves):
-    """Decomposition-based extremal optimization, in which each walker searches a part of the front.
+    """Decomposition-based extremal optimization: each walker searches its own part of the front.
 
     As in MGEO_real, a walker generates candidates that change one variable or more, ranks them, and
     accepts the candidate of rank k with a probability proportional to k^-tau, even if the candidate
@@ -171,10 +171,10 @@ class MGEODirected(DirectedMoves):
     def _adapt_distributions(
         self, rows: IntArray, F: FloatArray, violation: FloatArray
     ) -> FloatArray:
-        """Pass the evaluated candidates of selected walkers to their search distributions, and
-        return the resulting step of each distribution mean, one row per walker.
+        """Adapt the search distributions of the selected walkers to their evaluated candidates.
 
-        The steps are 0 until the samples of the distributions are complete.
+        Return the steps of the distribution means, with one row per walker. The steps are 0 until
+        the samples of the distributions are complete.
         """
         state, distributions = self.state, self.state.distributions
         if not distributions.add_evaluations(F[rows], violation[rows]):
@@ -194,7 +194,7 @@ class MGEODirected(DirectedMoves):
         previous_distances: FloatArray,
         adaptive_rows: IntArray,
     ) -> None:
-        """Record the improvements by recombined and by all other candidates in this generation.
+        """Update the credit of recombination with the improvements of this generation.
 
         An improvement is a decrease of the distance compared to the incumbent of the walker.
         Walkers that adapt a covariance are excluded.
@@ -216,8 +216,7 @@ class MGEODirected(DirectedMoves):
         distances: FloatArray,
         previous_distances: FloatArray,
     ) -> BoolArray:
-        """Replace the incumbent of each walker if the walker's best candidate is better, and return
-        the mask of the walkers whose constraint violation decreased.
+        """Replace the incumbent of each walker whose best candidate is better.
 
         Returns
         -------
@@ -247,7 +246,7 @@ class MGEODirected(DirectedMoves):
         self._migrate(np.flatnonzero((uniform >= self.return_probability) & (uniform < threshold)))
 
     def _migrate(self, rows: IntArray) -> None:
-        """Move selected walkers to the archived points that are nearest to their weight vectors."""
+        """Move the selected walkers to the archived points nearest to their weight vectors."""
         state, front = self.state, self.state.front
         if not len(rows) or not len(front):
             return
@@ -299,7 +298,7 @@ class MGEODirected(DirectedMoves):
         return is_after_delay and len(self.state.front) > 0
 
     def _start_distributions(self, rows: IntArray) -> None:
-        """Start new search distributions, and restart any that converged, diverged or stagnate.
+        """Start new search distributions, and restart those that converged, diverged or stagnated.
 
         The means are the archived points that are nearest to the weight vectors. Walkers with mixed
         weights draw new weight vectors. `rows` are the indices of the walkers that adapt a

@@ -27,7 +27,10 @@ class RealEncoding:
     variables: Variables
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """Draw one uniform point within the bounds from each random stream, as rows of an array."""
+        """Draw a uniform random point within the bounds from each random stream.
+
+        The result has one row per stream.
+        """
         xl, xu, is_real = self.variables.xl, self.variables.xu, self.variables.is_real
         unit = np.array([stream.random(len(xl)) for stream in streams]).reshape(-1, len(xl))
         points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
@@ -36,24 +39,22 @@ class RealEncoding:
         return points
 
     def decode(self, points: FloatArray) -> FloatArray:
-        """Return the points of walkers unchanged, because their coordinates are the variables."""
+        """Return the points unchanged, since their coordinates are the variables."""
         return points
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """Return a copy of the variables, in which integers, binary variables and choices are
-        rounded.
-        """
+        """Return a copy of the values in which all variables except real ones are rounded."""
         return np.where(self.variables.is_real, values, np.rint(values))
 
 
 @dataclass(frozen=True, eq=False)
 class BitEncoding:
-    """Encoding of variables as a bit string, one variable after another, highest bit first.
+    """Binary encoding that concatenates the bits of all variables.
 
-    The b bits of a variable encode a number m in 0..2^b - 1. A real variable is
-    xl + (xu - xl) m / (2^b - 1), which includes both bounds, as in MGEO.jl. An integer with L
-    levels is xl + floor(m L / 2^b), so that the counts of m per level differ by at most one. A
-    choice is treated as an integer.
+    The most significant bit of each variable comes first. The b bits of a variable encode a number
+    m in 0..2^b - 1. A real variable is xl + (xu - xl) m / (2^b - 1), which includes both bounds, as
+    in MGEO.jl. An integer with L levels is xl + floor(m L / 2^b), so that the counts of m per level
+    differ by at most one. A choice is treated as an integer.
 
     Attributes
     ----------
@@ -76,7 +77,7 @@ class BitEncoding:
     def from_variables(
         cls, variables: Variables, bits: int | Sequence[int], gray: bool
     ) -> BitEncoding:
-        """Return a bit encoding of variables, with a given number of bits per real variable.
+        """Create a bit encoding with a given number of bits per real variable.
 
         Parameters
         ----------
@@ -117,16 +118,19 @@ class BitEncoding:
 
     @property
     def length(self) -> int:
-        """Number of bits of the string that encodes a design."""
+        """Total number of bits that encode a design."""
         return int(self.bits.sum())
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """Draw one random bit string from each random stream, as rows of an array of 0 and 1."""
+        """Draw a random bit string from each random stream.
+
+        The result has one row of zeros and ones per stream.
+        """
         strings = [stream.integers(0, 2, self.length) for stream in streams]
         return np.array(strings, dtype=float).reshape(-1, self.length)
 
     def decode(self, strings: FloatArray) -> FloatArray:
-        """Convert bit strings to the variables that they represent.
+        """Convert bit strings to the values of the variables.
 
         Parameters
         ----------
@@ -154,8 +158,9 @@ class BitEncoding:
         return np.clip(decoded, xl, xu)
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """Convert variables to bit strings, each variable rounded to the nearest value that its
-        bits can represent.
+        """Convert the values of the variables to bit strings.
+
+        Each value is rounded to the nearest value that its bits can represent.
 
         Parameters
         ----------

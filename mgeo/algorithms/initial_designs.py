@@ -26,7 +26,7 @@ _MAX_BUDGET_EXCESS = 0.1
 
 
 class SuggestedSampling(Sampling):
-    """Sampling of initial designs that begins with designs suggested by the problem.
+    """Sampling operator that starts with designs suggested by the problem.
 
     The problem must define a method ``suggest_initial_designs(n, random_state)`` that returns n
     designs as an array of shape (n, n_var). Walkers of the MGEO family beyond the first n start at
@@ -63,7 +63,9 @@ class SuggestedSampling(Sampling):
     def get_suggested_designs(
         self, problem: Problem, n_max: int, random_state: np.random.Generator
     ) -> FloatArray:
-        """Return `self.n` initial designs that the problem suggests, as rows of a float array.
+        """Return the initial designs suggested by the problem, with one row per design.
+
+        The attribute `n` is the number of designs.
 
         Parameters
         ----------
@@ -104,7 +106,7 @@ class SuggestedSampling(Sampling):
 
 
 def find_evaluated(population: Population, problem: Problem) -> BoolArray:
-    """Return the mask of the individuals that have already been evaluated successfully.
+    """Find the individuals of a population that have already been evaluated successfully.
 
     Parameters
     ----------
@@ -144,7 +146,7 @@ def build_initial_designs(
     n_walkers: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
-    """Return the initial designs that the parameter `sampling` specifies, one per row.
+    """Return the initial designs defined by the parameter `sampling`, with one row per design.
 
     Parameters
     ----------
@@ -204,7 +206,7 @@ def build_initial_designs(
 
 
 def count_allowed_evaluations(algorithm: Algorithm, n_initial_designs: int, n_points: int) -> int:
-    """Return how many of the `n_points` points of the first generation fit the evaluation budget.
+    """Return how many points of the first generation can be evaluated within the budget.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from mgeo._typing import FloatArray, IntArray
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class SearchDistributions:
-    """Adaptive normal distributions, from each of which one walker draws its candidates.
+    """Adaptive normal distributions, one per walker, that generate the candidates.
 
     The class stores k distributions. A step from the mean is sigma M z, in units of the width of
     the bounds, with z from a standard normal distribution. Steps are drawn and evaluated in several
@@ -49,7 +49,7 @@ class SearchDistributions:
 
     @classmethod
     def create(cls, n_distributions: int, n_var: int, n_obj: int, n_candidates: int) -> Self:
-        """Return inactive distributions, whose step sizes are 0 until `reset` activates them.
+        """Create distributions that are inactive until `reset` sets their step sizes.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class SearchDistributions:
         )
 
     def reset(self, rows: IntArray, sigma: FloatArray) -> None:
-        """Restart selected distributions as isotropic normal distributions with given step sizes.
+        """Reset the selected distributions to isotropic normal distributions.
 
         Parameters
         ----------
@@ -86,14 +86,14 @@ class SearchDistributions:
 
     @property
     def max_sigma(self) -> FloatArray:
-        """Largest standard deviation of any variable, for each distribution.
+        """Largest standard deviation of each distribution over all variables.
 
-        An array of shape (k,), as a fraction of the width of the bounds.
+        The array has shape (k,) and is a fraction of the width of the bounds.
         """
         return np.asarray(self.sigma * np.sqrt((self.matrix**2).sum(axis=2).max(axis=1)))
 
     def draw_steps(self, n_candidates: int, rng: np.random.Generator) -> FloatArray:
-        """Draw random steps from the mean of each distribution, store them, and return them.
+        """Draw and store random steps from the mean of each distribution.
 
         Returns
         -------
@@ -106,9 +106,9 @@ class SearchDistributions:
         return self.sigma[:, None, None] * (z @ self.matrix.transpose(0, 2, 1))
 
     def add_evaluations(self, F: FloatArray, violation: FloatArray) -> bool:
-        """Store the objectives and violations of the steps that were drawn last.
+        """Store the objectives and constraint violations of the steps drawn last.
 
-        Returns True once enough steps are stored for one adaptation of the covariance matrices.
+        Return True once enough steps are stored for one adaptation of the covariance matrices.
 
         Parameters
         ----------
@@ -123,8 +123,7 @@ class SearchDistributions:
         return bool(self.n_drawn == self.z.shape[1])
 
     def adapt(self, ranking: IntArray) -> FloatArray:
-        """Adapt the step size and matrix of each distribution to the ranking of its stored steps,
-        and return the step of each mean.
+        """Update each distribution from the ranking of its stored steps.
 
         Parameters
         ----------

@@ -28,7 +28,7 @@ Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]
 
 
 class Attraction(NamedTuple):
-    """Parameters of difference steps towards good points, as in differential evolution.
+    """Parameters of difference steps that are attracted to good points.
 
     This is the move "current-to-best" (Zhang & Sanderson, "JADE", IEEE Trans. Evol. Comput. 13,
     2009, equation 6), except that a step covers a random fraction of the distance to the target,
@@ -65,7 +65,7 @@ def draw_momentum_steps(
     extent: FloatArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Draw steps that continue a previous step and move towards a target, as in particle swarms.
+    """Draw steps with momentum and attraction to a target, as in particle swarm optimization.
 
     A step is r1 previous_step + r2 (target - x), with r1 uniform in [0, 1.2) and r2 in [0, 1),
     drawn separately for each variable (Zhang et al., "A competitive mechanism based multi-objective
@@ -98,7 +98,7 @@ def draw_momentum_steps(
 
 
 def is_within_reach(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
-    """Return the mask of the targets that one step with momentum can reach from the points `x`.
+    """Return True for each target that a single momentum step from `x` can reach.
 
     A target is within reach if no variable differs by more than a fifth of the width of its bounds.
 
@@ -126,12 +126,11 @@ def draw_joint_steps(
     rng: np.random.Generator,
     attraction: Attraction | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Draw steps that change a given variable and, at random, further variables. Each step is
-    either normal or a fraction of the difference between two points.
+    """Draw steps that change the primary variable of each candidate and random other variables.
 
-    A normal step has a random standard deviation, log-uniform in `sigma_range`. A difference step
-    is a random fraction, uniform in [0, 1), of the difference between two points (differential
-    evolution; Storn & Price 1997).
+    Each step is either a normal step or a difference step. A normal step has a random standard
+    deviation, log-uniform in `sigma_range`. A difference step is a random fraction, uniform in [0,
+    1), of the difference between two points (differential evolution; Storn & Price 1997).
 
     Every step changes its primary variable. The probability that the step changes each of the other
     variables is u^(1/mean - 1), with u uniform in [0, 1) and drawn once per step. Some steps
@@ -197,7 +196,7 @@ def draw_joint_steps(
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class DirectedState(RunState):
-    """State of a run of `MGEODirected` between two generations.
+    """State of an `MGEODirected` run between two generations.
 
     Attributes
     ----------
@@ -231,7 +230,7 @@ class DirectedState(RunState):
 
 
 class DirectedMoves(ExtremalOptimization):
-    """Base class of `MGEODirected`, with the methods that generate the candidates of a generation.
+    """Base class of `MGEODirected` that generates the candidates of each generation.
 
     A subclass declares the parameters `extreme_weights`, `difference`, `momentum`,
     `max_candidates` and `bounds`, and implements `accept` and `restart_idle_walkers`. The class
@@ -357,8 +356,9 @@ class DirectedMoves(ExtremalOptimization):
     def _apply_momentum(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Overwrite a random share of the steps with momentum steps, which continue the last
-        improvement of their walker.
+        """Replace random steps by momentum steps.
+
+        A momentum step continues the last improvement of its walker.
 
         Parameters
         ----------
@@ -397,7 +397,7 @@ class DirectedMoves(ExtremalOptimization):
     def _recombine(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Overwrite a random share of the steps with steps to recombinations of two good points.
+        """Replace random steps by steps that lead to a recombination of two good points.
 
         For a walker with mixed weights, the first parent is the incumbent of the walker or its
         nearest archived point, and the second parent is the nearest of sqrt(n) random points of the
@@ -430,14 +430,14 @@ class DirectedMoves(ExtremalOptimization):
         self.is_recombined = is_replaced
 
     def _find_nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
-        """Return the index of the archived point nearest to the weight vector of each walker."""
+        """For each walker, return the index of the archived point nearest to its weight vector."""
         state, F = self.state, self.state.front.F
         return find_nearest(F, state.weights[rows], *state.front.ideal_and_nadir)
 
     def _find_nearest_in_sample(self, rows: IntArray, n_sampled: float) -> IntArray:
-        """Draw `n_sampled` archived points for each walker, and return the index of the one nearest
-        to the weight vector of the walker.
+        """For each walker, return the index of the nearest point in a random sample of the archive.
 
+        The nearest point has the smallest Tchebycheff distance for the weight vector of the walker.
         `n_sampled` is rounded down, but at least one point is drawn.
         """
         front = self.state.front
@@ -448,7 +448,7 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _draw_donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Draw two random points per difference step; each is an archived point or an incumbent."""
+        """Draw two random points per difference step from the archive and the incumbents."""
         rng, n = self.random_state, len(self.front)
         donors = []
         for _ in range(2):
@@ -461,15 +461,14 @@ class DirectedMoves(ExtremalOptimization):
 
     @property
     def _n_candidates(self) -> int:
-        """Number of candidates per walker in a generation."""
         return min(len(self.variables.xl), self.max_candidates)
 
     def _select_adaptive_walkers(self, weights: FloatArray) -> IntArray:
-        """Return the indices of the walkers that are intended to draw their candidates from an
-        adaptive normal distribution later in the run.
+        """Return the indices of the walkers that will use an adaptive normal distribution.
 
-        The change occurs as soon as enough designs have been evaluated. The intended walkers are
-        the last ones with mixed weights, followed by the last ones with extreme weights.
+        These walkers start to use their distributions as soon as enough designs have been
+        evaluated. They are the last walkers with mixed weights, followed by the last walkers with
+        extreme weights.
         """
         if not self.variables.is_real.all() or len(self.variables.xl) > self.max_adaptive_variables:
             return np.empty(0, dtype=np.intp)
@@ -480,16 +479,12 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _select_adapting_walkers(self) -> IntArray:
-        """Return the indices of the walkers that currently draw their candidates from an adaptive
-        normal distribution.
-        """
+        """Return the indices of the walkers that currently use an adaptive normal distribution."""
         rows = self._select_adaptive_walkers(self.state.weights)
         return rows[self.state.distributions.sigma > 0]
 
     def _select_by_weights(self, pair: Sequence[float]) -> FloatArray:
-        """Return an array with `pair[0]` for each walker whose weight vector has several positive
-        weights, and `pair[1]` for each walker with a single positive weight.
-        """
+        """Return `pair[0]` for walkers with mixed weights, and `pair[1]` for all other walkers."""
         return np.where(self._has_mixed_weights(), *pair)
 
     def _has_mixed_weights(self) -> BoolArray:

@@ -23,7 +23,7 @@ _BIT_GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG6
 
 
 def pack(name: str, value: Any, problem: Problem, arrays: Arrays) -> Any:
-    """Convert a field of a run's state to a JSON value, and copy its arrays to the dict `arrays`.
+    """Split a field of a run's state into a JSON value and arrays.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def unpack(
     arrays: Mapping[str, Any],
     algorithm: ExtremalOptimization,
 ) -> Any:
-    """Restore a field of a run's state from the JSON value and the arrays that `pack` has produced.
+    """Restore a field of a run's state from the output of `pack`.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
 
 
 def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
-    """Restore a random number generator from the return value of `pack_stream`."""
+    """Create a random number generator from a state that `pack_stream` returned."""
     bits = _BIT_GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
     bits.state = state["bits"]
     return np.random.Generator(bits)
@@ -158,7 +158,7 @@ def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
 def pack_population(
     name: str, population: Population | None, problem: Problem, arrays: Arrays
 ) -> None:
-    """Store the designs, objectives and constraint values of a population in a dict of arrays.
+    """Add the designs, objectives and constraint values of a population to a dict of arrays.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def pack_population(
 def unpack_population(
     name: str, arrays: Mapping[str, Any], algorithm: ExtremalOptimization
 ) -> Population:
-    """Return the population that `pack_population` has stored in a dict of arrays.
+    """Restore a population from the arrays that `pack_population` stored.
 
     Raises
     ------

@@ -24,7 +24,7 @@ SCHEDULES = ("factorial", "geometric")
 
 
 class RealVectors(IndependentWalkers, ABC):
-    """Base class of algorithms whose walkers are vectors of real variables.
+    """Base class for algorithms that represent walkers as vectors of real variables.
 
     A subclass implements `compute_step_sigmas`, and can replace the normal law of the steps by
     setting the class attribute ``law``. The parameters are described in `MGEOReal`.
@@ -50,7 +50,7 @@ class RealVectors(IndependentWalkers, ABC):
 
     @abstractmethod
     def compute_step_sigmas(self, sigma: FloatArray) -> FloatArray:
-        """Return the standard deviation of each candidate's random step, based on `sigma`.
+        """Return the standard deviation of the random step of each candidate.
 
         Parameters
         ----------
@@ -90,7 +90,7 @@ class RealVectors(IndependentWalkers, ABC):
 
 
 class MGEOReal(RealVectors):
-    """Multiobjective generalized extremal optimization of real variables (MGEO_real).
+    """Multiobjective generalized extremal optimization for real variables (MGEO_real).
 
     In every generation, each walker generates one candidate per variable, in which a normal step
     perturbs this variable within its bounds, and accepts one of its candidates. A generation takes

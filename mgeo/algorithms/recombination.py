@@ -24,7 +24,7 @@ def recombine(
     is_choice: BoolArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Return one child of each pair of points, by simulated binary crossover and mutation.
+    """Create one child from each pair of parents by simulated binary crossover and mutation.
 
     Simulated binary crossover (Deb & Agrawal, "Simulated binary crossover for continuous search
     space", Complex Systems 9, 1995) changes each variable with probability 0.5 to a value near that
@@ -64,7 +64,7 @@ def recombine(
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class RecombinationCredit:
-    """Totals of the recent improvements by recombined candidates and by all other candidates.
+    """Running totals of the improvements made by recombined candidates and by other candidates.
 
     The gain of a candidate is the decrease of the distance for the walker's weight vector. The
     weight of earlier generations decreases exponentially.
@@ -83,14 +83,14 @@ class RecombinationCredit:
 
     @classmethod
     def create(cls, n: int) -> Self:
-        """Return initial totals, in which recombined and other candidates have improved equally.
+        """Create initial totals that favor neither recombined nor other candidates.
 
         The totals are those of one generation of n candidates, half of which are recombined.
         """
         return cls(gains=np.full(2, 0.5), n_candidates=np.full(2, n / 2))
 
     def compute_share(self, low: float, high: float) -> float:
-        """Return the share of the candidates of the next generation that should be recombined.
+        """Return the share of candidates to recombine in the next generation.
 
         The share is q^2 / (q^2 + 4), clipped to the interval from `low` to `high`, where q is the
         mean gain of a recombined candidate divided by the mean gain of another candidate. The share
@@ -101,7 +101,7 @@ class RecombinationCredit:
         return float(min(max(share, low), high))
 
     def update(self, gains: FloatArray, is_recombined: BoolArray) -> None:
-        """Add the improvements by the candidates of a generation, and discount all earlier ones.
+        """Add the improvements of a generation to the totals, and discount all earlier generations.
 
         A generation without gains, or with one kind of candidate only, is ignored.
 

@@ -62,7 +62,7 @@ class RunState:
         walkers: FloatArray,
         **extra_fields: Any,
     ) -> Self:
-        """Return the initial state of a run, given random streams, an empty archive and walkers.
+        """Create the initial state of a run.
 
         Arrays other than `walkers` are not initialized; `ExtremalOptimization.reset_walkers` sets
         them.
@@ -91,7 +91,7 @@ class RunState:
 
 
 class ArchiveOutput(Output):
-    """Table that pymoo prints during a run, one row per generation.
+    """Progress table that pymoo prints during a run, with one row per generation.
 
     Columns are the generation, evaluations, size of the front, smallest constraint violation ``cv``
     (for constrained problems), smallest value of each objective, and failed evaluations. The

@@ -52,12 +52,13 @@ def rank(f: FloatArray, violation: FloatArray, tie_breakers: FloatArray) -> IntA
 
 
 def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
-    """Draw positions in a ranking of n candidates; rank k has a probability proportional to k^-tau.
+    """Draw positions in a ranking of n candidates with power-law probabilities.
 
-    The rank k is the position plus 1. GEO is usually described by another procedure with the same
-    distribution: draw a rank uniformly, accept the rank with probability k^-tau, and repeat until a
-    rank is accepted (de Sousa et al. 2003). Here, the inverse of the cumulative distribution needs
-    a single random number.
+    A candidate of rank k is drawn with a probability proportional to k^-tau. The rank k is the
+    position plus 1. GEO is usually described by another procedure with the same distribution: draw
+    a rank uniformly, accept the rank with probability k^-tau, and repeat until a rank is accepted
+    (de Sousa et al. 2003). Here, the inverse of the cumulative distribution needs a single random
+    number.
 
     Parameters
     ----------
@@ -85,8 +86,7 @@ def draw_position(uniform: FloatArray, n: int | IntArray, tau: float | FloatArra
 
 
 def compute_fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
-    """Return an array with the constraint violation and the objectives of each candidate, for
-    comparisons by `is_better`.
+    """Combine constraint violations and objectives into fitness values for `is_better`.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def compute_fitness(F: FloatArray, violation: FloatArray) -> FloatArray:
 
 
 def is_better(a: FloatArray, b: FloatArray) -> BoolArray:
-    """Return the mask of the objectives in which fitness `a` is better than fitness `b`.
+    """Return True for each objective in which fitness `a` is better than fitness `b`.
 
     A fitness is better if its constraint violation is smaller, or if the violations are equal and
     the objective is smaller.
@@ -127,10 +127,11 @@ def is_better(a: FloatArray, b: FloatArray) -> BoolArray:
 
 
 def find_best_fitness(values: FloatArray) -> FloatArray:
-    """Return the smallest constraint violation of several candidates, and the smallest value of
-    each objective among the candidates with this violation.
+    """Return the best fitness in each objective among several candidates.
 
-    The result may combine objectives of different candidates.
+    The result consists of the smallest constraint violation, and of the smallest value of each
+    objective among the candidates with this violation. The result may combine objectives of
+    different candidates.
 
     Parameters
     ----------
@@ -154,7 +155,7 @@ def compute_next_tau(
     uniform: FloatArray,
     n: int,
 ) -> FloatArray:
-    """Return the next selection pressure tau of each walker, by the rules of adaptive GEO.
+    """Compute the next selection pressure tau of each walker by the rules of adaptive GEO.
 
     If the chance of improvement is 0, tau is reset to 0.5 exp(z / sqrt(n)), with z from a standard
     normal distribution. If the chance is not larger than before, tau increases by (0.5 + chance) u,
@@ -188,8 +189,9 @@ _SUM_WEIGHT = 1e-3
 
 
 def build_weight_vectors(n: int, n_obj: int, extreme_share: float) -> FloatArray:
-    """Return the weight vectors of n walkers as rows: extreme ones, with a single positive weight,
-    and mixed ones, which are spread evenly.
+    """Build weight vectors for n walkers, some extreme and the others evenly spread.
+
+    An extreme weight vector has a single positive weight.
 
     Parameters
     ----------
@@ -221,7 +223,7 @@ def build_weight_vectors(n: int, n_obj: int, extreme_share: float) -> FloatArray
 
 
 def draw_weights(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
-    """Draw n weight vectors uniformly from all nonnegative vectors that sum to 1.
+    """Draw n random weight vectors, uniformly from all nonnegative vectors that sum to 1.
 
     Returns
     -------
@@ -231,12 +233,12 @@ def draw_weights(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
 
 
 def _compute_spacings(cuts: FloatArray) -> FloatArray:
-    """Return the lengths of the intervals into which each row of ascending cuts divides [0, 1]."""
+    """Return the gaps between the ascending cuts of each row, including the ends 0 and 1."""
     return np.diff(cuts, axis=1, prepend=0.0, append=1.0)
 
 
 def _build_even_points(n: int, k: int) -> FloatArray:
-    """Return n evenly distributed points in the k-dimensional unit cube, one per row.
+    """Return n evenly distributed points in the k-dimensional unit cube.
 
     The first axis is a regular grid. The other axes are a Kronecker sequence with the powers of the
     generalized golden ratio, the root of x^k = x + 1 (M. Roberts, "The unreasonable effectiveness
@@ -326,8 +328,7 @@ def find_nearest(
 def find_nearest_in_sample(
     sample: IntArray, F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> IntArray:
-    """Return, for each weight vector, the index of the point with the smallest Tchebycheff distance
-    in a given sample of points.
+    """Find the nearest point for each weight vector in a given sample of points.
 
     Each weight vector has its own sample. The distance is the `tchebycheff_distance`.
 

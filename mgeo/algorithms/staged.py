@@ -19,7 +19,7 @@ from mgeo.validation.arguments import validate_fraction, validate_list
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class StagedState(DirectedState):
-    """State of a run of `MGEOStaged` between two generations.
+    """State of an `MGEOStaged` run between two generations.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class StagedState(DirectedState):
 
 
 class MGEOStaged(MGEODirected):
-    """Variant of `MGEODirected` that evaluates at low fidelity first, and later at full fidelity.
+    """Variant of `MGEODirected` that starts at low fidelity and ends at full fidelity.
 
     The algorithm suits problems whose objectives are estimates, for example Monte Carlo averages.
     Fidelity and cost of the evaluations increase in steps during the run. At each increase, all
@@ -103,7 +103,7 @@ class MGEOStaged(MGEODirected):
 
     @property
     def fidelity(self) -> int:
-        """Current fidelity level, 0 being the lowest."""
+        """Current fidelity level, where 0 is the lowest."""
         return self.state.fidelity
 
     @property
@@ -128,12 +128,13 @@ class MGEOStaged(MGEODirected):
         return self._get_problem(0) is full_problem
 
     def get_archived_designs(self) -> Any:
-        """Return the designs of the archived points, in the form that the problem evaluates."""
+        """Return the archived points as designs that the problem can evaluate."""
         return self.variables.to_designs(self.get_archived_points(np.arange(len(self.front))))
 
     def evaluate_archive(self) -> None:
-        """Evaluate the archived points again at full fidelity and rebuild the archive, if the run
-        ended at a lower fidelity.
+        """Reevaluate the archive at full fidelity if the run ended at a lower fidelity.
+
+        The archive is then rebuilt from the new values.
         """
         if (self.is_full_fidelity and not self.is_reevaluating) or not len(self.front):
             return
@@ -188,9 +189,7 @@ class MGEOStaged(MGEODirected):
         return build_population(self._pending_designs)
 
     def _rebuild_archive(self, population: Population) -> None:
-        """Replace the archive by the nondominated individuals of an evaluated population, and move
-        all walkers to archived points.
-        """
+        """Rebuild the archive from a population, and move all walkers to archived points."""
         F, violation, _ = self._get_objectives_and_violations(population)
         state, walkers = self.state, np.arange(self.n_walkers)
         state.front = ParetoArchive(F.shape[1], self.archive_size)
@@ -203,5 +202,5 @@ class MGEOStaged(MGEODirected):
 
 
 def is_low_fidelity(algorithm: Algorithm | None) -> bool:
-    """Return True if an algorithm currently evaluates at less than full fidelity."""
+    """Return True if the current evaluations of an algorithm are below full fidelity."""
     return isinstance(algorithm, MGEOStaged) and not algorithm.is_full_fidelity

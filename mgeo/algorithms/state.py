@@ -47,7 +47,7 @@ _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
 
 @dataclass(frozen=True, eq=False)
 class SavedState:
-    """State of a run, split into arrays and JSON values.
+    """Saved state of a run, split into arrays and JSON values.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class SavedState:
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
-    """Return the state of a run between two generations, from which `restore` can continue the run.
+    """Return the current state of a run, so that `restore` can continue the run later.
 
     Call this function in a callback or after `next`. The state contains the `RunState`, the
     parameters of the algorithm and of a `TolerantEvaluator`, and the last candidates, random
@@ -126,7 +126,7 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
 def restore(
     saved_state: SavedState, problem: Problem, algorithm: Algorithm, **options: Any
 ) -> ExtremalOptimization:
-    """Return a copy of an algorithm that continues a saved run.
+    """Restore a saved run, and return an algorithm that continues the run.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def restore(
 
 
 def set_termination(algorithm: ExtremalOptimization, termination: Any) -> None:
-    """Replace the termination of a run between two generations.
+    """Replace the termination criterion of a run between two generations.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def get_qualified_name(cls: type) -> str:
 
 
 def _get_parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
-    """Return the constructor parameters as a dict of JSON values, except the initial designs."""
+    """Return the constructor parameters as JSON values, without the initial designs."""
     name = type(algorithm).__name__
     return {
         key: _convert_to_json(f"{name}.{key}", value)
@@ -243,7 +243,7 @@ def _load_state(algorithm: ExtremalOptimization, saved_state: SavedState) -> Non
 
 @contextmanager
 def _convert_errors(source: Path | str) -> Iterator[None]:
-    """Context manager that reraises any exception as a FileError that names the file."""
+    """Context manager that converts any exception to a FileError with the file name."""
     try:
         yield
     except ValueError as error:
@@ -268,7 +268,7 @@ def _convert_to_json(name: str, value: Any) -> Any:
 
 
 def _get_termination_arguments(termination: Termination) -> list[Any] | None:
-    """Return the arguments with which pymoo can recreate a termination, or None if it cannot.
+    """Return the arguments that recreate a pymoo termination, or None if it is not supported.
 
     The arguments are those of `pymoo.termination.get_termination`.
     """

@@ -18,10 +18,10 @@ _MAX_SCALE_WIDTHS = 1e3
 
 
 class StepLaw(ABC):
-    """Base class of probability distributions of random steps, before scaling by sigma.
+    """Base class for the probability distributions of random steps.
 
-    To search with another law than the normal one, set the class attribute ``law`` in a subclass of
-    `RealVectors`.
+    The steps are scaled by sigma afterwards. To search with another law than the normal one, set
+    the class attribute ``law`` in a subclass of `RealVectors`.
     """
 
     @abstractmethod
@@ -32,7 +32,7 @@ class StepLaw(ABC):
     def truncated_quantile(
         self, probability: FloatArray, low: FloatArray, high: FloatArray
     ) -> FloatArray:
-        """Return the quantiles of the distribution, truncated to the interval from `low` to `high`.
+        """Return quantiles of the distribution truncated to the interval from `low` to `high`.
 
         The function `resample` calls this method for steps that leave the bounds. All arrays have
         the same shape.
@@ -108,7 +108,7 @@ def reflect(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Return the end points of steps, reflected at the bounds until they lie inside.
+    """Return the end points of steps, with reflection at the bounds.
 
     Parameters and return value are as for `clip`.
     """
@@ -129,7 +129,7 @@ def resample(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Return the end points of steps that are drawn again if they would leave the bounds.
+    """Return the end points of steps, after redrawing the steps that would leave the bounds.
 
     The result is distributed as if each step were drawn repeatedly until it ends inside, but needs
     only a single draw from the law truncated to the bounds. A step of uniform length becomes
@@ -153,7 +153,7 @@ AUTO = "auto"
 
 
 def get_bounding(name: str, n_eq_constr: int) -> Bounding:
-    """Return the function that keeps steps within the bounds: `clip`, `reflect` or `resample`.
+    """Return the function that enforces the bounds: `clip`, `reflect` or `resample`.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def perturb(
     uniform: Uniform,
     law: StepLaw = NORMAL,
 ) -> FloatArray:
-    """Add a random step to each variable, and return the new values, which are within the bounds.
+    """Perturb each variable by a random step within the bounds.
 
     The perturbed value is x + sigma scale(x) z with z from the law (Mainenti-Lopes, Souza & de
     Sousa 2012). Each candidate uses one of the perturbed values.
@@ -239,7 +239,7 @@ def round_steps(
     xu: FloatArray,
     uniform: FloatArray,
 ) -> FloatArray:
-    """Round the end points of steps to valid values of integers, binary variables and choices.
+    """Round the end points of steps to valid values of integer, binary and choice variables.
 
     If the rounded step of the primary variable is zero, the variable moves
     to a neighbor instead; other variables then stay. Options of a choice have no order: a choice

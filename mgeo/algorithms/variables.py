@@ -54,7 +54,7 @@ class Variables:
     names : tuple of str, length n_var, or None
         Keys of a design if designs are dicts, as in ``Problem(vars=...)``, else None.
     options : mapping of str to tuple
-        Options of each choice by variable name.
+        Options of each choice variable, keyed by variable name.
     """
 
     kinds: tuple[Kind, ...]
@@ -65,7 +65,7 @@ class Variables:
 
     @classmethod
     def from_problem(cls, problem: Problem, allowed_kinds: Sequence[Kind]) -> Variables:
-        """Return the variables of a problem, after checking that all are of an allowed kind.
+        """Read the variables of a problem, and check that their kinds are allowed.
 
         Parameters
         ----------
@@ -118,21 +118,21 @@ class Variables:
             raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")
 
     def format_label(self, variable: int) -> str:
-        """Return the quoted name of a variable for messages, or its index if it has no name."""
+        """Return the label of a variable in messages: the quoted name, or the index."""
         return str(variable) if self.names is None else repr(self.names[variable])
 
     @property
     def is_real(self) -> BoolArray:
-        """Mask of the real variables, a boolean array of length n_var."""
+        """Boolean array that is True for the real variables, shape (n_var,)."""
         return np.array([kind == "real" for kind in self.kinds])
 
     @property
     def is_choice(self) -> BoolArray:
-        """Mask of the choice variables, a boolean array of length n_var."""
+        """Boolean array that is True for the choice variables, shape (n_var,)."""
         return np.array([kind == "choice" for kind in self.kinds])
 
     def to_designs(self, values: FloatArray) -> NDArray[Any]:
-        """Convert rows of a float array to designs, in the form that the problem evaluates.
+        """Convert rows of numbers to designs that the problem can evaluate.
 
         Parameters
         ----------
@@ -160,14 +160,17 @@ class Variables:
         return values.astype(_TYPES[self.kinds[0]], copy=False)
 
     def to_numbers(self, designs: NDArray[Any]) -> FloatArray:
-        """Convert designs to rows of a float array, the inverse of `to_designs`."""
+        """Convert designs to rows of numbers.
+
+        This is the inverse of `to_designs`.
+        """
         if self.names is None:
             return np.array(designs, dtype=float)
         return convert_dicts_to_numbers(designs, self.names, self.options)
 
 
 def get_kind(vtype: Any) -> Kind | None:
-    """Return the kind of a problem's variables (real, integer or binary) from its ``vtype``.
+    """Convert the ``vtype`` of a problem to a kind of variable: real, integer or binary.
 
     Parameters
     ----------
@@ -186,9 +189,9 @@ def get_kind(vtype: Any) -> Kind | None:
 
 
 def convert_numbers_to_designs(problem: Problem, X: FloatArray) -> NDArray[Any]:
-    """Convert rows of a float array to designs, in the form that the problem evaluates.
+    """Convert rows of numbers to designs that the problem can evaluate.
 
-    The inverse of `mgeo.evaluation.individuals.convert_designs_to_numbers`.
+    This is the inverse of `mgeo.evaluation.individuals.convert_designs_to_numbers`.
 
     Parameters
     ----------

@@ -25,12 +25,12 @@ RESTARTS = ("never", "random", "archive")
 
 
 class IndependentWalkers(ExtremalOptimization, ABC):
-    """Base class of extremal optimization with independent walkers, in which each candidate differs
-    from its walker in one coordinate.
+    """Base class for extremal optimization in which the walkers search independently.
 
-    In each generation, a walker draws an objective, ranks its candidates by this objective, and
-    accepts one candidate per group. A subclass implements `build_encoding`, `build_layout` and
-    `propose`, and sets `evaluates_walkers`.
+    Each candidate differs from its walker in one coordinate. In each generation, a walker draws an
+    objective, ranks its candidates by this objective, and accepts one candidate per group. A
+    subclass implements `build_encoding`, `build_layout` and `propose`, and sets
+    `evaluates_walkers`.
 
     Walkers do not interact, except in restarts from the archive. Each walker has its own random
     stream (child i of the seed), so that parallel and sequential execution give the same result. A
@@ -81,10 +81,10 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     @abstractmethod
     def build_layout(self) -> IntArray:
-        """Return the index of the coordinate that each candidate changes, one row per group of
-        competing candidates.
+        """Return the groups of competing candidates, with one row per group.
 
-        One candidate of each group is accepted.
+        Each entry is the index of the coordinate that a candidate changes. One candidate of each
+        group is accepted.
 
         Returns
         -------
@@ -94,7 +94,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     @abstractmethod
     def propose(self) -> FloatArray:
-        """Return the new value of the changed coordinate for each candidate of each walker.
+        """Return the new value of the changed coordinate for every candidate.
 
         Returns
         -------
@@ -166,17 +166,18 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return improved
 
     def _arrange_by_group(self, values: FloatArray, padding: float) -> FloatArray:
-        """Rearrange one value per candidate to the shape of `build_layout`, using `padding` where
-        the layout is padded.
+        """Arrange one value per candidate in groups, as in `build_layout`.
+
+        Shorter groups are filled with `padding`.
         """
         return np.where(self._is_candidate, values[:, self._candidate_indices], padding)
 
     def _adapt_tau(self, objective: IntArray, values: FloatArray) -> FloatArray:
-        """Update and return the adaptive tau of each walker, for the objective that ranks its
-        candidates.
+        """Update the adaptive tau of each walker, and return the new values.
 
-        `values` is the fitness of the candidates, shape (n_walkers, n, 1 + n_obj). The result has
-        the shape (n_walkers, 1).
+        `objective` is the index of the objective that ranks the candidates of each walker. `values`
+        is the fitness of the candidates, shape (n_walkers, n, 1 + n_obj). The result has the shape
+        (n_walkers, 1).
         """
         state = self.state
         is_a_geo1 = self.tau == "a-geo1"
@@ -197,7 +198,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return state.taus[drawn][:, None]
 
     def _update_incumbent_fitness(self, values: FloatArray) -> BoolArray:
-        """Update the best fitness of each walker, and return the mask of the walkers that improved.
+        """Update the best fitness of each walker, and return True for each improved walker.
 
         `values` is the fitness of n points per walker, shape (n_walkers, n, 1 + n_obj).
         """

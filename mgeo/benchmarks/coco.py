@@ -30,7 +30,7 @@ _LOCK = Lock()
 
 
 class CocoProblem(Problem):
-    """Pymoo problem that evaluates a test function of the COCO platform.
+    """Test function of the COCO platform as a pymoo problem.
 
     The bounds are COCO's region of interest. The problem can be pickled, because each process
     creates its COCO objects at the first evaluation.
@@ -61,7 +61,7 @@ class CocoProblem(Problem):
 
     @property
     def function_name(self) -> str:
-        """Name of the COCO function, which is the same for all instances and dimensions."""
+        """Name of the COCO function, without instance and dimension."""
         return f"{self.suite} f{self.function}"
 
     def name(self) -> str:
@@ -74,7 +74,7 @@ class CocoProblem(Problem):
 
 
 def build_coco_problem(name: str) -> CocoProblem:
-    """Build a COCO problem from its name, such as ``bbob-biobj/f12/d10/i3``.
+    """Build a COCO problem from a name such as ``bbob-biobj/f12/d10/i3``.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def build_coco_problem(name: str) -> CocoProblem:
 
 
 def expand_ranges(name: str) -> Iterator[str]:
-    """Yield the name of each problem in a COCO name with ranges, such as ``bbob/f1-24/d5,10/i1``.
+    """Yield all problem names in a COCO name with ranges, such as ``bbob/f1-24/d5,10/i1``.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def _split_name(name: str) -> tuple[str, ...]:
 
 
 def _parse_ranges(name: str, text: str) -> list[int]:
-    """Expand a comma-separated list of integers and ranges, such as "1-3,7", into integers."""
+    """Convert a text with integers and ranges, such as "1-3,7", to a list of integers."""
     numbers: list[int] = []
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,4})(?:-(\d{1,4}))?", part)

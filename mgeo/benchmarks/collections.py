@@ -19,7 +19,7 @@ COCO_DISTRIBUTION = "coco-experiment"
 
 
 def is_benchmark(name: str) -> bool:
-    """Return True if a problem name has a prefix that denotes test problems, such as ``pymoo:``."""
+    """Return True if a name denotes a test problem by a prefix such as ``pymoo:``."""
     prefix, colon, _ = name.partition(":")
     return bool(colon) and prefix in EXAMPLES_BY_PREFIX
 
@@ -44,7 +44,7 @@ def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
 
 
 def expand_name(name: str) -> list[str]:
-    """Expand ranges in the name of a test problem, and return the list of problem names.
+    """Expand a test problem name with ranges to a list of problem names.
 
     Only names of COCO problems can have ranges, such as ``coco:bbob-biobj/f1-55/d5,10/i1``. Any
     other name is returned as the only entry.
@@ -63,7 +63,7 @@ def expand_name(name: str) -> list[str]:
 
 
 def list_distributions(name: str) -> list[str]:
-    """Return the names of the Python packages, other than pymoo, that provide a test problem.
+    """List the Python packages besides pymoo that provide a test problem.
 
     Results of a study depend on the versions of these packages.
     """
@@ -71,7 +71,7 @@ def list_distributions(name: str) -> list[str]:
 
 
 def format_short_name(name: str) -> str:
-    """Shorten the name of a problem for tables, for example ``pymoo:zdt1`` to ``zdt1``."""
+    """Return a short problem name for tables, such as ``zdt1`` for ``pymoo:zdt1``."""
     prefix, _, rest = name.partition(":")
     if not is_benchmark(name):
         return name

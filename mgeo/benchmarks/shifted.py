@@ -16,7 +16,7 @@ EXTENSION_BELOW, EXTENSION_ABOVE = 0.7, 0.2
 
 
 class ShiftedProblem(Problem):
-    """Test problem whose bounds are moved outward, so that no optimum lies on a bound.
+    """Test problem with bounds moved outward, so that no optimum lies on a bound.
 
     Beyond the original bounds, the problem is extended by mirroring. Within the original bounds,
     the objectives and constraints are unchanged, so that all optima remain optima. No optimum lies
@@ -55,7 +55,7 @@ class ShiftedProblem(Problem):
         return f"Shifted {self.inner.name()}"
 
     def mirror(self, x: FloatArray) -> FloatArray:
-        """Reflect points beyond the original bounds at these bounds, and return all points.
+        """Mirror points outside the original bounds back into these bounds.
 
         Parameters
         ----------

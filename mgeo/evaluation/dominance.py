@@ -18,7 +18,7 @@ _SAMPLING_STRIDE, _MAX_UNSAMPLED_ROWS = 16, 4096
 
 
 def find_nondominated(F: FloatArray) -> BoolArray:
-    """Return a boolean mask that selects the nondominated rows of an array of objectives.
+    """Return a boolean mask of the nondominated rows of an array of objectives.
 
     The cost is O(n log n) for up to three objectives (Kung, Luccio & Preparata 1975, as implemented
     by moocore).
@@ -41,7 +41,7 @@ def find_nondominated(F: FloatArray) -> BoolArray:
 
 
 def find_front_rows(F: FloatArray) -> NDArray[np.intp]:
-    """Return the row indices of nondominated objective vectors, sorted by the first objective."""
+    """Return the indices of the nondominated rows, sorted by the first objective."""
     rows = np.flatnonzero(find_nondominated(F))
     return rows[np.argsort(F[rows, 0], kind="stable")]
 

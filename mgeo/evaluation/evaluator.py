@@ -32,11 +32,11 @@ _RTOL = 1e-9
 
 
 class EvaluationError(RuntimeError):
-    """Error raised to stop a run in which all recent candidates have failed."""
+    """Error that stops a run after too many failed evaluations."""
 
 
 class TolerantEvaluator(Evaluator):
-    """Evaluator for pymoo that continues a run when the evaluation of candidates fails.
+    """Evaluator for pymoo that tolerates failed evaluations, so that the run can continue.
 
     A candidate fails if the problem raises an exception, if the worker process that evaluates it
     dies, or if an objective is NaN or infinite or a constraint is NaN. When the evaluation of a
@@ -118,7 +118,10 @@ class TolerantEvaluator(Evaluator):
         return tolerant
 
     def get_settings(self) -> dict[str, Any]:
-        """Return the constructor arguments, except the callback, as a JSON-serializable dict."""
+        """Return the constructor arguments as a JSON-serializable dict.
+
+        The callback is not included.
+        """
         return {
             "patience": self.patience,
             "warn": self.warn,
@@ -136,7 +139,7 @@ class TolerantEvaluator(Evaluator):
         }
 
     def restore_counts(self, counts: Mapping[str, Any]) -> None:
-        """Set the counters to the values of an earlier run, so that the run can be resumed.
+        """Set the counters to those of an earlier run, so that the earlier run can be resumed.
 
         Parameters
         ----------
@@ -150,7 +153,7 @@ class TolerantEvaluator(Evaluator):
         self.causes = dict(counts.get("causes", {}))
 
     def require_success(self) -> None:
-        """Raise EvaluationError if candidates were evaluated and all of them failed."""
+        """Raise EvaluationError if every evaluation so far has failed."""
         if self.n_failed and not self._has_success:
             raise self._build_error()
 
@@ -215,7 +218,7 @@ class TolerantEvaluator(Evaluator):
         return error
 
     def _penalize(self, name: str, values: FloatArray, is_failed: BoolArray) -> None:
-        """Overwrite values of failed candidates with values worse than those of successful ones."""
+        """Overwrite the values of failed candidates with values worse than all successful ones."""
         if not values.shape[1]:
             return
         successful = np.abs(values[~is_failed]) if name == "H" else values[~is_failed]
@@ -238,7 +241,7 @@ class TolerantEvaluator(Evaluator):
 def describe_changed_value(
     problem: Problem, population: Population, options: Mapping[str, Any]
 ) -> str:
-    """Reevaluate up to three individuals, and return a description of the first changed value.
+    """Evaluate up to three individuals again, and describe the first value that has changed.
 
     The check detects that a problem has changed since `population` was evaluated. The new
     evaluations are not counted by any evaluator, and the callback of the problem is not called.

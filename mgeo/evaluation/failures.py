@@ -38,7 +38,7 @@ class Failure:
 
     @classmethod
     def from_exception(cls, error: Exception) -> Failure:
-        """Create a `Failure` from an exception, with its message and traceback."""
+        """Create a `Failure` from an exception and its traceback."""
         text = join_lines(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_MAX_CAUSE_LENGTH], "".join(traceback.format_exception(error)).rstrip())
 
@@ -50,8 +50,7 @@ BatchResult = tuple[Values, dict[int, Failure]]
 def evaluate_batch(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> BatchResult:
-    """Evaluate candidates, some of which may fail. Return arrays with one row per candidate, and
-    the failures as a dict keyed by row.
+    """Evaluate a batch of candidates, and record failed evaluations instead of raising errors.
 
     When the evaluation of a batch raises, the batch is bisected until the failing candidates are
     isolated. For an elementwise problem, the exception of each element is caught directly, so that
@@ -71,9 +70,9 @@ def evaluate_batch(
     Returns
     -------
     values : dict of str to array
-        Values by name, n rows each. "F", "G" and "H" are NaN in rows that raised.
+        Arrays of n rows, keyed by name. "F", "G" and "H" are NaN in rows that raised.
     failures : dict of int to Failure
-        Failures by row of `X`.
+        Failures, keyed by the row of `X`.
 
     Raises
     ------
@@ -119,7 +118,7 @@ def evaluate_batch(
 
 
 class _TolerantElement:
-    """Function of one design that returns a `Failure` instead of raising an exception.
+    """Callable that evaluates one design, and returns a `Failure` instead of raising an exception.
 
     It is a class, because pymoo's `RayParallelization` calls the method ``__call__`` by name.
     """
@@ -147,7 +146,7 @@ def _evaluate_by_bisection(
 
 
 def _build_missing_row(template: NDArray[Any]) -> NDArray[Any]:
-    """Return one row of NaN, or of None, with the shape of the rows of a template."""
+    """Return one row of missing values, shaped like the rows of a template."""
     value = np.nan if np.issubdtype(template.dtype, np.number) else None
     return np.full((1, *template.shape[1:]), value)
 
@@ -168,9 +167,9 @@ def _find_nonfinite(values: Values) -> dict[int, Failure]:
 def _catch_failures(problem: Problem, failures: dict[int, Failure]) -> Problem:
     """Return a copy of an elementwise problem that records exceptions instead of raising them.
 
-    The copy adds the failure of each element to the dict `failures`, by row. The original problem
-    evaluates the elements, so that attributes that its `_evaluate` changes, such as counters, stay
-    up to date.
+    The copy adds the failure of each element to the dict `failures`, keyed by row. The original
+    problem evaluates the elements, so that attributes that its `_evaluate` changes, such as
+    counters, stay up to date.
     """
 
     def run(f: Any, X: Any) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from mgeo._typing import BoolArray, FloatArray
 
 
 def build_population(X: NDArray[Any]) -> Population:
-    """Return a population of individuals that have the given designs and are not yet evaluated.
+    """Create a population of unevaluated individuals from an array of designs.
 
     This function is faster than ``Population.new("X", X)``, which spends most of its time on a
     separate configuration of each individual. Here, all individuals share one configuration.
@@ -47,7 +47,7 @@ def copy_array(value: Any) -> Any:
 
 
 def get_values(population: Population, name: str) -> NDArray[Any]:
-    """Return an attribute of all individuals, such as "X" or "F", as an array with one row each.
+    """Return one attribute of all individuals, such as "X" or "F", as an array.
 
     This function is a faster equivalent of ``population.get(name)``.
     """
@@ -55,7 +55,7 @@ def get_values(population: Population, name: str) -> NDArray[Any]:
 
 
 def find_successful(population: Population) -> BoolArray:
-    """Return a boolean mask of the individuals that are not marked as failed evaluations."""
+    """Return a boolean mask of the individuals whose evaluation has not failed."""
     return np.array([not mark for mark in population.get("failed")], dtype=np.bool_)
 
 
@@ -66,7 +66,7 @@ def get_variable_names(problem: Problem) -> tuple[str, ...] | None:
 
 
 def get_choice_options(problem: Problem) -> dict[str, tuple[Any, ...]]:
-    """Return the options of each choice variable of a problem, as a dict by variable name.
+    """Return a dict that maps each choice variable of a problem to its options.
 
     Raises
     ------
@@ -90,12 +90,12 @@ def get_choice_options(problem: Problem) -> dict[str, tuple[Any, ...]]:
 def convert_dicts_to_numbers(
     designs: NDArray[Any], names: Sequence[str], options: Mapping[str, Sequence[Any]]
 ) -> FloatArray:
-    """Encode mixed-variable designs, given as dicts, as rows of a float array.
+    """Convert mixed-variable designs from dicts to rows of numbers.
 
     Parameters
     ----------
     designs : array of dict, shape (n,)
-        Values by variable name.
+        Dicts that map variable names to values.
     names : sequence of str, length n_var
         Variables in the order of the columns.
     options : mapping of str to sequence
@@ -122,7 +122,7 @@ def convert_dicts_to_numbers(
 
 
 def convert_designs_to_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
-    """Encode designs, given as rows of an array or as dicts, as rows of a numeric array.
+    """Convert the designs of a problem to rows of numbers.
 
     A choice is encoded as the index of its option.
 

@@ -21,7 +21,7 @@ MAX_EVALUATION_TIME = 0.2
 
 
 def build_app(explorer: Explorer) -> Dash:
-    """Return the Dash application that serves the page of an explorer.
+    """Create the Dash application that serves the explorer page.
 
     The path of the URL is random, and requests to other host names than 127.0.0.1 and localhost are
     refused. Hence neither other users of this machine nor other pages in the browser can access the

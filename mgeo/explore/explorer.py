@@ -102,7 +102,7 @@ class Explorer:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """DataFrame of the objectives and the quick metrics of the solutions, one row each.
+        """DataFrame with the objectives and quick metrics of each solution.
 
         Quick metrics are those of `View.quick_metrics`, with the titles of `View.format_title`. The
         index contains the row numbers of the solutions on the front.
@@ -111,7 +111,7 @@ class Explorer:
             return self._compute_metrics(self._view).set_axis(pd.Index(self.rows, name=self.noun))
 
     def evaluate(self, x: ArrayLike) -> tuple[dict[str, float], list[ConstraintMargin]]:
-        """Evaluate a design, and return a dict of its metrics and a list of its constraint margins.
+        """Evaluate a design, and return its metrics and constraint margins.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class Explorer:
         Returns
         -------
         metrics : dict of str to float
-            Objectives and quick metrics of the design, by column of `table`.
+            Objectives and quick metrics of the design, keyed by column of `table`.
         margins : list of ConstraintMargin
             Margin of the design with respect to each constraint.
         """
@@ -131,7 +131,7 @@ class Explorer:
             return extract_row(self._compute_metrics(view), 0), margins
 
     def build_figures(self, x: ArrayLike) -> dict[str, go.Figure]:
-        """Return the figures of a design that are not animated, as a dict by name.
+        """Return a dict of the figures of a design, without animations.
 
         Parameters
         ----------
@@ -143,7 +143,7 @@ class Explorer:
         return {name: figure for name, figure in figures.items() if get_motion(figure) is None}
 
     def save(self, x: ArrayLike, name: str) -> Path:
-        """Write a design into a new JSON file, and return the path of the file.
+        """Save a design to a new JSON file, and return the path of the file.
 
         Parameters
         ----------
@@ -189,5 +189,5 @@ class Explorer:
 
 
 def extract_row(table: pd.DataFrame, position: int) -> dict[str, float]:
-    """Return one row of a numeric table, given by its position, as a dict by column name."""
+    """Return one row of a numeric table as a dict that maps column names to values."""
     return {str(name): float(value) for name, value in table.iloc[position].items()}

@@ -19,7 +19,7 @@ _MAX_LABEL_LENGTH = 18  # maximum line length of an axis label
 
 
 def draw_parallel_coordinates(table: pd.DataFrame, names: Sequence[str]) -> go.Figure:
-    """Return a parallel-coordinates plot of table columns, colored by the first column.
+    """Plot table columns in parallel coordinates, colored by the first column.
 
     Columns for which `is_logarithmic` is true are drawn as decimal logarithms.
 
@@ -57,16 +57,14 @@ def _format_tick(value: float) -> str:
 
 
 def _wrap_label(name: str) -> str:
-    """Break a label at white space and hyphens into lines of at most `_MAX_LABEL_LENGTH`
-    characters, joined by ``<br>``, and escape markup.
-    """
+    """Escape the markup of a label, and wrap the label with ``<br>``."""
     return "<br>".join(escape_markup(line) for line in wrap(name, _MAX_LABEL_LENGTH))
 
 
 def is_logarithmic(values: pd.Series) -> bool:
-    """Return True if a column is finite and should be displayed on a logarithmic axis.
+    """Return True if a column should be displayed on a logarithmic axis.
 
-    See `mgeo.figures.front.needs_log_axis`.
+    All values must be finite. See `mgeo.figures.front.needs_log_axis`.
     """
     numbers = values.to_numpy(float)
     return bool(np.isfinite(numbers).all()) and needs_log_axis(numbers)
@@ -80,7 +78,7 @@ def draw_front(
     selected_row: int,
     design_metrics: Mapping[str, float],
 ) -> go.Figure:
-    """Return a scatter plot of two metrics, which marks one solution and the modified design.
+    """Plot two metrics of the solutions, and mark the selected solution and the modified design.
 
     A ring marks the selected solution, and a star marks the modified design of the sliders.
     ``customdata`` of each point is the position of its solution in the table.
@@ -96,7 +94,7 @@ def draw_front(
     selected_row
         Position of the selected solution.
     design_metrics
-        Metrics of the design of the sliders, by column.
+        Metrics of the design that the sliders define, keyed by column.
     """
     hidden_rows = np.setdiff1d(np.arange(len(table)), visible_rows)
     hover = f"{table.index.name} %{{text}}<br>%{{x:.5g}}, %{{y:.5g}}<extra></extra>"
@@ -138,7 +136,7 @@ def draw_front(
 
 
 def select_rows(table: pd.DataFrame, dimensions: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the positions of the table rows that lie in the selected ranges of all axes.
+    """Return the positions of the table rows within the selected ranges of all axes.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ N_INITIAL_AXES = 8  # initial number of parallel coordinates
 
 
 def build_page(explorer: Explorer) -> Component:
-    """Return the explorer page as a Dash component with controls, tables and empty figures."""
+    """Build the explorer page with controls, tables and empty figures."""
     columns = list(explorer.table.columns)
     solutions = [
         {"label": f"{explorer.noun} {row}", "value": position}
@@ -88,14 +88,14 @@ def build_dropdown(name: str, options: Sequence[Any], value: Any) -> Component:
 
 
 def build_graph(name: str, **properties: Any) -> Component:
-    """Return a Dash component for a plotly figure, with `name` as its ID."""
+    """Create an empty Dash graph whose ID is `name`."""
     # The button that uploads the figure is removed, so that data do not leave this machine.
     config: Any = {"displaylogo": False, "showSendToCloud": False}
     return dcc.Graph(id=name, config=config, **properties)
 
 
 def build_sliders(explorer: Explorer) -> Iterator[Component]:
-    """Yield a Dash component with a labeled slider for each design variable.
+    """Yield a labeled slider for each design variable.
 
     The slider of a categorical variable has the options of the variable as marks.
     """
@@ -109,7 +109,7 @@ def build_sliders(explorer: Explorer) -> Iterator[Component]:
 
 
 def build_table(rows: Sequence[Sequence[str]]) -> Component:
-    """Return an HTML table of strings, whose first row is the header."""
+    """Return an HTML table of strings, with the first row as the header."""
     kinds = find_column_kinds(rows)
     head, *body = (
         html.Tr([html.Td(text, className=kind) for text, kind in zip(row, kinds, strict=True)])
@@ -121,9 +121,9 @@ def build_table(rows: Sequence[Sequence[str]]) -> Component:
 def build_comparison(
     noun: str, solution: Mapping[str, float], design_metrics: Mapping[str, float]
 ) -> Component:
-    """Return an HTML table that compares the metrics of a solution and of a modified design.
+    """Build an HTML table that compares a solution with a modified design.
 
-    The noun is the word for a solution.
+    `noun` is the word for a solution.
     """
     rows = [["", noun, "design", "change"]]
     for name, value in solution.items():

@@ -16,7 +16,9 @@ except ImportError as error:
 
 
 class ExplorerServer(ThreadingMixIn, WSGIServer):
-    """HTTP server of the explorer page of a run, accessible only from this machine.
+    """HTTP server of the explorer page of a run.
+
+    Only programs on this machine can access the server.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ def write_file(path: Path | str, content: bytes) -> None:
 
 
 def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
-    """Write several files into a folder, such that a full disk leaves the existing files unchanged.
+    """Write several files into a folder. A full disk leaves all existing files unchanged.
 
     All contents are written to temporary files before the first one is renamed. Files are renamed
     in the given order. The last file marks the set as complete, so an existing one is removed
@@ -44,7 +44,7 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
     folder : path
         Existing folder.
     contents : mapping of str to bytes
-        Content of each file by name.
+        Contents, keyed by file name.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
 
 
 def check_writable(folder: Path | str) -> None:
-    """Raise OSError if files cannot be written into a folder.
+    """Raise OSError if a folder is not writable.
 
     If the folder does not exist, its nearest existing parent is checked.
 
@@ -93,7 +93,9 @@ def check_writable(folder: Path | str) -> None:
 
 
 def encode_json(document: Mapping[str, Any]) -> bytes:
-    """Encode a dict as the content of a JSON file, with floats in the shortest exact form.
+    """Encode a dict as the content of a JSON file.
+
+    Floats have the shortest form that restores their exact value.
 
     Raises
     ------
@@ -113,7 +115,7 @@ def encode_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 @contextmanager
 def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
-    """Context manager that locks a folder, so that only one process writes into it.
+    """Context manager that locks a folder, so that no other process can write into it.
 
     The operating system releases the lock if the process is killed.
 
@@ -148,7 +150,7 @@ def lock_folder(folder: Path, timeout: float = 0.0) -> Iterator[None]:
 
 @contextmanager
 def _add_path_to_errors(path: Path) -> Iterator[None]:
-    """Context manager that reraises an OSError with a path in its message.
+    """Context manager that adds a path to the message of an OSError.
 
     A full disk gives errors without a path.
     """

@@ -31,7 +31,7 @@ from mgeo.validation.entries import convert_file_errors, get_entry
 
 
 class Checkpoint(Callback):
-    """Callback that regularly saves the state of a running MGEO algorithm for `resume`.
+    """Callback that saves the state of an MGEO run at intervals, so that `resume` can continue it.
 
     The first and the last generation are always saved, and generations between them at intervals of
     `every_seconds`. If a checkpoint cannot be written, the previous checkpoint stays, a
@@ -150,7 +150,7 @@ def resume(
     check: bool = True,
     **options: Any,
 ) -> ExtremalOptimization:
-    """Restore an algorithm from a checkpoint, ready to continue as if it had not been interrupted.
+    """Resume a run from a checkpoint, as if the run had never been interrupted.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def resume(
 
 
 def read_checkpoint_metadata(path: Path | str) -> Mapping[str, Any]:
-    """Return the data that a checkpoint contains besides the state of the algorithm, as a dict.
+    """Return the metadata that `Checkpoint` stored beside the state of the algorithm.
 
     The argument `build_metadata` of `Checkpoint` defines these data.
 
@@ -239,7 +239,7 @@ def read_checkpoint_metadata(path: Path | str) -> Mapping[str, Any]:
 
 
 def _build_algorithm(state: SavedState) -> ExtremalOptimization:
-    """Build an algorithm of mgeo from the class name and the parameters in a saved state."""
+    """Build an algorithm from the class name and parameters in a saved state."""
     name = get_entry(state.data, "class", str)
     cls = getattr(algorithms, name.rpartition(".")[2], None)
     if not isinstance(cls, type) or get_qualified_name(cls) != name:
@@ -251,9 +251,7 @@ def _build_algorithm(state: SavedState) -> ExtremalOptimization:
 
 
 def _encode_state(algorithm: ExtremalOptimization, metadata: Mapping[str, Any]) -> bytes:
-    """Return the content of a checkpoint file: the state of the algorithm, the versions of the
-    software, the identity of the problem, and the metadata.
-    """
+    """Encode the state of a run and its metadata as the content of a checkpoint file."""
     state = capture(algorithm)
     data = {
         "versions": list_versions(),
@@ -266,8 +264,10 @@ def _encode_state(algorithm: ExtremalOptimization, metadata: Mapping[str, Any]) 
 
 
 def _read_checkpoint(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
-    """Return the state in a checkpoint file, and a dict of the other data with the keys
-    ``versions``, ``problem`` and ``metadata``. A damaged file raises ValueError.
+    """Read the state and the other data of a checkpoint file.
+
+    The other data are a dict with the keys ``versions``, ``problem`` and ``metadata``. A damaged
+    file raises ValueError.
     """
     content = Path(path).read_bytes()
     with convert_file_errors(path):

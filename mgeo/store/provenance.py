@@ -19,7 +19,7 @@ from mgeo.plugins.problems import is_class_path
 
 
 def identify_problem(problem: Problem) -> dict[str, Any]:
-    """Return the class, sizes, bounds and options of a problem as a JSON-serializable dict."""
+    """Return a dict that identifies a problem by its class, sizes, bounds and options."""
     variables = getattr(problem, "vars", None) or {}
     choices = get_choice_options(problem)
     data = {
@@ -43,7 +43,7 @@ def _convert_bound_to_list(bound: Any) -> Any:
 
 
 def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
-    """Return a text on the first difference between two JSON values; empty if they are equal.
+    """Describe the first difference between two JSON values, or return an empty string.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ def describe_difference(expected: Any, actual: Any, name: str = "") -> str:
 
 
 def list_versions(*extra_distributions: str) -> dict[str, str]:
-    """Return a dict of versions by package name: mgeo, pymoo, numpy and the given packages."""
+    """Return a dict of the installed versions of mgeo, pymoo, numpy and the given packages."""
     return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *extra_distributions)}
 
 
 def list_problem_versions(problem: str) -> dict[str, str]:
-    """Return the versions of Python and all packages that affect the runs of a problem, as a dict.
+    """Return the versions of Python and of all packages that affect the runs of a problem.
 
     Parameters
     ----------

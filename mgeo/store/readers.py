@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a UTF-8 file, without its byte-order mark.
+    """Read a UTF-8 text file, and remove a byte-order mark.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def build_exact_float_options() -> dict[str, Any]:
-    """Return the keyword arguments that make `pandas.read_csv` read floats exactly.
+    """Return the options with which `pandas.read_csv` reads floats exactly.
 
     pandas 3.1 does so by default and deprecates the option.
     """
@@ -44,7 +44,7 @@ def build_exact_float_options() -> dict[str, Any]:
 
 
 def read_json(path: Path | str) -> Any:
-    """Return the content of a JSON file as Python objects (dicts, lists, strings, numbers).
+    """Read a JSON file, and return its content as Python objects.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def read_json(path: Path | str) -> Any:
 
 
 def parse_json(text: str) -> Any:
-    """Parse JSON text; the constants NaN and Infinity, which are not JSON, raise an error.
+    """Parse JSON text, and reject the nonstandard constants NaN and Infinity.
 
     Raises
     ------
@@ -74,14 +74,14 @@ def _reject_constant(name: str) -> float:
 
 
 def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """Decode the content of an .npz file into a dict of arrays, without unpickling objects.
+    """Read arrays from the content of an .npz file, without unpickling objects.
 
     Only arrays of numbers and text are accepted.
 
     Returns
     -------
     dict of str to array
-        Arrays by name.
+        Arrays, keyed by name.
 
     Raises
     ------
@@ -102,13 +102,16 @@ def decode_npz(content: bytes) -> dict[str, NDArray[Any]]:
 
 
 def encode_csv(table: pd.DataFrame) -> bytes:
-    """Encode a DataFrame as the content of a CSV file, with exact floats and NaN as ``nan``."""
+    """Encode a DataFrame as the content of a CSV file.
+
+    Floats are exact, and NaN is written as ``nan``.
+    """
     text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n")
     return text.encode()
 
 
 def read_numeric_table(path: Path) -> pd.DataFrame:
-    """Read a CSV file that contains only finite numbers, and return a DataFrame with exact floats.
+    """Read a CSV file of finite numbers into a DataFrame, without loss of precision.
 
     Raises
     ------

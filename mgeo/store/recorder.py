@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Recorder(Callback):
-    """Callback that writes every evaluated candidate of a run into a folder, for `read_record`.
+    """Callback that records every evaluated candidate of a run in files for `read_record`.
 
     The recorder replaces pymoo's ``save_history``, which keeps a copy of the algorithm in memory
     for each generation. It supports algorithms that evaluate all candidates of a generation as
@@ -76,7 +76,7 @@ class Recorder(Callback):
         self.record(algorithm)
 
     def record(self, algorithm: Any) -> None:
-        """Store the evaluations of the last generation of an algorithm.
+        """Record the evaluations of the last generation of an algorithm.
 
         A generation that is already recorded is ignored.
 
@@ -109,7 +109,7 @@ class Recorder(Callback):
             self.flush()
 
     def flush(self) -> None:
-        """Write the evaluations that are still in memory into a new file of the record.
+        """Write all buffered evaluations to a new file of the record.
 
         The file is named by the number of its first generation.
 
@@ -144,7 +144,7 @@ class Recorder(Callback):
 
 
 def read_record(folder: Path | str) -> pd.DataFrame:
-    """Return every recorded evaluation of a run as a table, with one row per evaluation.
+    """Read the recorded evaluations of a run into a table, with one row per evaluation.
 
     The run may still continue. Columns are ``generation`` (from 1), each variable and objective by
     name, the constraints ``g1``, ..., ``h1``, ..., and ``failed``. Objectives of failed evaluations
@@ -188,7 +188,7 @@ def read_record(folder: Path | str) -> pd.DataFrame:
 
 
 def remove_record(folder: Path) -> None:
-    """Remove the files that a `Recorder` wrote, and the folder if it is then empty."""
+    """Delete the files that a `Recorder` wrote, and their folder if nothing else remains."""
     for path in _list_files(folder):
         path.unlink()
     if folder.is_dir() and not any(folder.iterdir()):
@@ -201,7 +201,7 @@ def _list_files(folder: Path) -> list[Path]:
 
 
 def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str], FloatArray]:
-    """Return the column names and the evaluations (one per row) of one file of a record.
+    """Read the column names and the rows of one file of a record.
 
     Raises FileError if the names differ from `columns`, unless `columns` is None.
     """
@@ -217,7 +217,7 @@ def _read_part(path: Path, columns: list[str] | None = None) -> tuple[list[str],
 
 
 def _truncate_record(folder: Path, columns: list[str], generation: int) -> None:
-    """Remove the evaluations of a generation and of all later generations from a record.
+    """Remove the evaluations of `generation` and of all later generations from a record.
 
     Rows are written before each checkpoint, so the generation after a checkpoint is always the
     first one of a file.

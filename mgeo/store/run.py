@@ -63,7 +63,9 @@ class RunConfiguration(Table):
 
 @dataclass(frozen=True, eq=False)
 class NearestSolutions:
-    """Infeasible solutions of a run that found no feasible one, nearest to feasibility first.
+    """Solutions closest to feasibility, for a run that found no feasible solution.
+
+    The closest solution comes first.
 
     Attributes
     ----------
@@ -93,7 +95,9 @@ def _empty_array() -> FloatArray:
 
 
 class Outcome(Table):
-    """Result of a run: its front, sorted by the first objective, and its statistics.
+    """Result of a run: the front and the statistics of the run.
+
+    The front is sorted by the first objective.
 
     Attributes
     ----------
@@ -164,7 +168,7 @@ class Outcome(Table):
 
 
 class CheckpointMetadata(Table):
-    """Settings and statistics of a run, stored in its checkpoint beside the state of the algorithm.
+    """Settings and statistics of a run that its checkpoint stores as metadata.
 
     Attributes
     ----------
@@ -185,7 +189,7 @@ class CheckpointMetadata(Table):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Finished or interrupted run: its configuration, its outcome and the software versions."""
+    """Configuration, outcome and software versions of a finished or interrupted run."""
 
     configuration: RunConfiguration
     outcome: Outcome

@@ -40,7 +40,7 @@ VERIFICATION_FILES = "verification*.json"
 
 
 class RunDocument(Table):
-    """Keys of ``run.json`` beside those of `mgeo.store.run.Outcome`.
+    """Keys of ``run.json`` in addition to those of `mgeo.store.run.Outcome`.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class RunDocument(Table):
     configuration : RunConfiguration
         All settings of the run, defaults included.
     versions : dict of str to str
-        Versions of Python and of the packages, by name.
+        Versions of Python and of the packages, keyed by name.
     n_solutions : int
         Number of solutions in front.csv.
     n_nearest : int
@@ -66,7 +66,7 @@ class RunDocument(Table):
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
-    """Return the path of a folder if a run may be written into it, otherwise raise FileExistsError.
+    """Check that a run may be written into a folder, and return the path of the folder.
 
     The folder need not exist.
 
@@ -89,7 +89,7 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
 
 
 def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
-    """Write a run into a folder, and delete the figure and the report of an earlier run.
+    """Write the files of a run into a folder, and delete outdated figures and reports.
 
     Raises
     ------
@@ -113,7 +113,9 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
 
 
 def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Rewrite ``front.npz`` in a run folder with arrays added, each with one row per solution.
+    """Rewrite ``front.npz`` in a run folder with additional arrays.
+
+    They replace all earlier additional arrays.
 
     Parameters
     ----------
@@ -122,7 +124,7 @@ def write_arrays(folder: Path, outcome: Outcome, arrays: Mapping[str, NDArray[An
     outcome : Outcome
         Outcome of the run.
     arrays : mapping of arrays, shape (n, ...)
-        Additional arrays by name.
+        Additional arrays, keyed by name.
 
     Raises
     ------
@@ -137,7 +139,7 @@ def _encode_arrays(outcome: Outcome, arrays: Mapping[str, NDArray[Any]]) -> byte
 
 
 def read_run(folder: Path | str) -> Run:
-    """Read the configuration, the outcome and the software versions of a run from its folder.
+    """Read the configuration, outcome and software versions of a run from its folder.
 
     Raises
     ------
@@ -193,7 +195,7 @@ def _read_table(path: Path, columns: list[str], n: int) -> NDArray[np.float64]:
 
 
 def _read_arrays(path: Path, n: int) -> dict[str, NDArray[Any]]:
-    """Return the arrays of ``front.npz`` by name, except X and F, which ``front.csv`` contains."""
+    """Read the arrays of ``front.npz``, except those that ``front.csv`` also contains."""
     with convert_file_errors(path):
         arrays = decode_npz(path.read_bytes())
         for key in ("G", "H"):
@@ -223,7 +225,7 @@ def _encode_table(columns: list[str], *parts: NDArray[np.float64]) -> bytes:
 
 
 def build_run_document(run: Run) -> dict[str, Any]:
-    """Return the content of ``run.json`` as a dict: configuration, statistics and versions."""
+    """Return the content of ``run.json`` as a dict."""
     return {
         "format": FORMAT_VERSION,
         "configuration": run.configuration.model_dump(),
@@ -235,7 +237,7 @@ def build_run_document(run: Run) -> dict[str, Any]:
 
 
 def check_verification(content: Any) -> None:
-    """Raise an error if the results of a verification lack a valid title, conclusion or table.
+    """Check that verification results have a valid title, conclusion and table.
 
     The tools of a problem write these results as a JSON file into a run folder, and
     `mgeo.report.build` adds the table to the report of the run.
@@ -260,7 +262,7 @@ def check_verification(content: Any) -> None:
 
 
 def remove_run(folder: Path) -> None:
-    """Delete the files of a run from a folder, but no other files."""
+    """Delete the files of a run from a folder, and keep all other files."""
     # run.json is removed first, so that an interruption leaves no invalid run.
     for name in (RUN_FILE, *RUN_FILES, REPORT_FILE):
         if name != RECORD_FOLDER:

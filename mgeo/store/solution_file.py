@@ -19,7 +19,7 @@ FORMAT_NAME = "mgeo-solution"
 
 
 def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[str, Any]:
-    """Return the content of a JSON file that stores a design, its problem and options, as a dict.
+    """Build the JSON document that stores a design with its problem and options.
 
     The problem can define its own format by the method ``build_document``. The general format
     consists of the name of the problem, its options and the design.
@@ -48,7 +48,7 @@ def build_solution_document(problem: Problem, name: str, x: FloatArray) -> dict[
 def parse_solution(
     document: Any, trusted_classes: Collection[str] = ()
 ) -> tuple[Problem, Mapping[str, Any], Any]:
-    """Parse the content of a solution file, and return the problem, its options and the design.
+    """Parse a solution document, and return the problem, its options and the design.
 
     Formats other than the general one are passed to ``parse_document`` of each installed problem.
 
@@ -82,8 +82,10 @@ def parse_solution(
 
 
 def _read_problem_format(document: Any) -> tuple[str, Mapping[str, Any], Any] | None:
-    """Return the problem name, options and design of a document in the format of an installed
-    problem, or None if no problem recognizes the document.
+    """Parse a document in the format of an installed problem.
+
+    Return the problem name, the options and the design, or None if no problem recognizes the
+    document.
     """
     for plugin in list_plugins() if isinstance(document, dict) else ():
         with suppress(PluginError):  # A plugin that cannot be loaded is skipped.

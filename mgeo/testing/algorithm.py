@@ -103,7 +103,7 @@ class _Trial:
         return result, np.concatenate(self.problem.batches)
 
     def set_up(self, generations: int = 0) -> Algorithm:
-        """Return a copy of the algorithm that has run for a given number of generations."""
+        """Return a copy of the algorithm after a given number of generations."""
         run = copy.deepcopy(self.algorithm).setup(self.problem, **self._get_options())
         for _ in range(generations):
             run.next()
@@ -224,7 +224,7 @@ def _check_constraints(trial: _Trial) -> None:
 
 
 class Bowls(Problem):
-    """Test problem whose k-th objective is the squared distance to the k-th center point.
+    """Test problem whose objectives are squared distances to center points.
 
     All variables are in [-2, 2].
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 
 class CheckError(AssertionError):
-    """Error raised by a check for a plugin that violates a rule.
+    """Error raised when a plugin violates a rule of a check.
 
     The message states the rule, the value and the expected value.
     """
@@ -42,7 +42,7 @@ def require_equal(actual: ArrayLike, expected: ArrayLike, rule: str, rtol: float
 
 @contextmanager
 def convert_to_check_error(rule: str) -> Iterator[None]:
-    """Context manager that reraises any exception as a CheckError with the violated rule."""
+    """Context manager that converts any exception to a CheckError that states a rule."""
     try:
         yield
     except CheckError:

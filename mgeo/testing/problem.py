@@ -71,7 +71,7 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
 
 
 def _evaluate(problem: Problem, X: FloatArray) -> Values:
-    """Return objectives and constraints, and check that the evaluation does not modify X."""
+    """Evaluate a problem, and check that the evaluation does not modify the designs."""
     designs = convert_numbers_to_designs(problem, X.copy())
     with convert_to_check_error("evaluate(X)"):
         out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)

@@ -83,7 +83,7 @@ def validate_fraction(name: str, value: Any) -> float:
 
 
 def validate_each(name: str, value: Any, check: Callable[..., T], **limits: float) -> T | list[T]:
-    """Check an argument that is a number or a list of numbers, and return the checked value.
+    """Check an argument that may be a single number or a list of numbers.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def validate_list(
 
 
 def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> list[T]:
-    """Check that an argument has exactly two valid entries, and return them as a list.
+    """Check that an argument is a pair of valid values, and return it as a list.
 
     Parameters are as for `validate_list`.
 
@@ -162,7 +162,7 @@ def reject_unknown_keywords(
     where: str,
     other_keywords: Collection[str] = (),
 ) -> None:
-    """Raise TypeError if a keyword is not allowed, with a suggestion of a similar keyword.
+    """Raise TypeError for an unknown keyword, and suggest a similar one.
 
     Parameters
     ----------
@@ -207,5 +207,5 @@ def format_suggestion(value: Any, known: Collection[str]) -> str:
 
 
 def _join_words(name: Any) -> str:
-    """Return the words of a name, runs of letters or digits, joined by single spaces."""
+    """Return the words of a name, separated by single spaces."""
     return " ".join(re.findall(r"[^\W_]+", str(name)))

@@ -19,7 +19,7 @@ _SHORT_REPR.maxlevel, _SHORT_REPR.maxlist, _SHORT_REPR.maxtuple, _SHORT_REPR.max
 
 
 def get_parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
-    """Return the constructor parameters of a class, including inherited ones, as a dict by name.
+    """Return all constructor parameters of a class, including inherited ones.
 
     If the constructor accepts ``**options``, the parameters of the next constructor in the method
     resolution order follow, and so on up to the constructor of `root`.
@@ -47,7 +47,7 @@ def get_parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
 
 
 def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None:
-    """Raise ValueError if the constructor of a problem class does not define an option.
+    """Raise ValueError if an option is unknown to the constructor of a problem class.
 
     The constructor of pymoo's `Problem` silently ignores unknown keywords. Allowed are therefore
     only the parameters of the constructors of derived classes, not those of `Problem`.
@@ -72,14 +72,14 @@ def reject_unknown_options(name: str, cls: type, options: Iterable[str]) -> None
 
 
 def get_parameter_descriptions(cls: type) -> dict[str, str]:
-    """Return the parameter descriptions in the docstrings of a class and its bases, as a dict.
+    """Collect parameter descriptions from the docstrings of a class and its bases.
 
     The docstrings have entries ``name : description`` in their section Parameters.
 
     Returns
     -------
     dict of str to str
-        Description of each parameter by name, in one line without a final period.
+        Descriptions in one line without a final period, keyed by parameter name.
     """
     lines: dict[str, str] = {}
     for each in cls.__mro__:
@@ -94,7 +94,7 @@ def get_parameter_descriptions(cls: type) -> dict[str, str]:
 def get_parameter_values(
     algorithm: object, root: type, exclude: Collection[str] = ()
 ) -> dict[str, Any]:
-    """Return the values of an algorithm's constructor parameters, as a dict by name.
+    """Return a dict with the values of all constructor parameters of an algorithm.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def get_parameter_values(
 
 
 def format_call(algorithm: object, root: type) -> str:
-    """Format an algorithm as the call that builds it, ``Class(name=value, ...)``.
+    """Format an algorithm as a constructor call, ``Class(name=value, ...)``.
 
     Parameters with their default value are omitted. A parameter without an attribute of its name is
     omitted, or printed as ``...`` if it has no default.

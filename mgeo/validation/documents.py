@@ -44,7 +44,7 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Document:
-    """Declaration of a JSON document.
+    """Declaration of a JSON document that a command prints or a file contains.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Document:
     parts: tuple[type, ...]
 
     def build_schema(self) -> dict[str, Any]:
-        """Return the JSON Schema of the document, with descriptions and units of the keys."""
+        """Build the JSON Schema of the document, with descriptions and units of the keys."""
         schemas = [
             TypeAdapter(part).json_schema(mode="serialization", schema_generator=_Generator)
             for part in self.parts
@@ -80,7 +80,7 @@ class Document:
 
 
 def collect_documents() -> dict[str, Document]:
-    """Return the documents of `mgeo` and of the installed plugins with commands, by name.
+    """Return a dict of all JSON documents that `mgeo` and its plugins declare.
 
     A plugin declares its documents as a dict ``DOCUMENTS`` in the module ``documents`` of its
     package.
@@ -94,7 +94,7 @@ def collect_documents() -> dict[str, Document]:
 
 
 class _Generator(GenerateJsonSchema):
-    """Generator of JSON Schemas with units, and with descriptions from numpydoc sections."""
+    """Generator of JSON Schemas that adds units and descriptions."""
 
     def typed_dict_schema(self, schema: core_schema.TypedDictSchema) -> JsonSchemaValue:
         return _complete(super().typed_dict_schema(schema), schema["cls"])
@@ -107,7 +107,7 @@ class _Generator(GenerateJsonSchema):
 
 
 def _complete(schema: JsonSchemaValue, cls: type) -> JsonSchemaValue:
-    """Return the schema of a class with descriptions, units, and a decision on further keys."""
+    """Add descriptions and units to the schema of a class, and forbid unknown keys by default."""
     texts = _describe_attributes(cls) | _read_field_docstrings(cls)
     for key, entry in schema.get("properties", {}).items():
         entry.pop("title", None)
@@ -120,7 +120,7 @@ def _complete(schema: JsonSchemaValue, cls: type) -> JsonSchemaValue:
 
 
 def _describe_attributes(cls: type) -> dict[str, str]:
-    """Return the descriptions in the numpydoc section ``Attributes`` of a class, by attribute."""
+    """Read the descriptions of attributes from the docstring of a class."""
     section = inspect.cleandoc(cls.__doc__ or "").partition("Attributes\n----------\n")[2]
     entries = re.findall(r"^(\w[\w, ]*) : .*\n((?: +.*(?:\n|$))+)", section, re.MULTILINE)
     return {
@@ -131,7 +131,7 @@ def _describe_attributes(cls: type) -> dict[str, str]:
 
 
 def _read_field_docstrings(cls: type) -> dict[str, str]:
-    """Return the docstring below each key of a TypedDict, those of its bases included."""
+    """Read the docstrings below the keys of a TypedDict, including inherited keys."""
     texts: dict[str, str] = {}
     for base in getattr(cls, "__orig_bases__", ()):
         texts |= _read_field_docstrings(base) if isinstance(base, type) else {}
@@ -140,7 +140,7 @@ def _read_field_docstrings(cls: type) -> dict[str, str]:
 
 @cache
 def _parse_module(name: str) -> dict[str, dict[str, str]]:
-    """Return the docstrings of the fields of all classes of a module, by class and field."""
+    """Return the field docstrings of all classes in a module, as nested dicts."""
     tree = ast.parse(inspect.getsource(sys.modules[name]))
     return {
         definition.name: parse_field_docstrings(definition)

@@ -21,12 +21,15 @@ _EXPECTED: Mapping[Any, str] = {
 
 
 class FileError(ValueError):
-    """Error raised for invalid content of a file; the message states file, place and value."""
+    """Error raised for a file with invalid content.
+
+    The message states file, place and value.
+    """
 
 
 @contextmanager
 def convert_file_errors(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Context manager that reraises ValueError and TypeError as a FileError that names the file."""
+    """Context manager that converts ValueError and TypeError to a FileError with the file name."""
     try:
         yield
     except (ValueError, TypeError) as error:
@@ -36,7 +39,7 @@ def convert_file_errors(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def get_entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
-    """Return an entry of a TOML table or JSON object after a check of its type.
+    """Return an entry of a TOML table or JSON object, after checking its type.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 
 def parse_field_docstrings(definition: ast.ClassDef) -> dict[str, str]:
-    """Return the docstring below each annotated field of a class, as a dict keyed by field name.
+    """Return a dict that maps the fields of a class to the docstrings below them.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class Table(BaseModel):
-    """Base class of pydantic models of file contents, with strict types and no unknown keys."""
+    """Base class for pydantic models of files, with strict types and no unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, **_STRICT)
 
@@ -35,7 +35,7 @@ T = TypeVar("T", bound=Table)
 
 
 def validate_table(model: type[T], data: Any) -> T:
-    """Validate the content of a file, and return it as an instance of a pydantic model.
+    """Validate the content of a file, and return an instance of a pydantic model.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def validate_table(model: type[T], data: Any) -> T:
 
 
 def format_expectation(message: str) -> str:
-    """Convert an error message of pydantic to text that begins with "expected"."""
+    """Rephrase an error message of pydantic so that it begins with "expected"."""
     for old, new in (
         ("Value error, ", ""),
         ("Input should be", "expected"),

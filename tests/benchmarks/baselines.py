@@ -78,9 +78,10 @@ def compare_with_front(front: Front) -> str:
     n_worse = len(ratios) - len(better)
     shortest, longest = min(SEQUENCE_DURATIONS), max(SEQUENCE_DURATIONS)
     return (
-        f"At the t_end of a sequence, the front has a smaller trace than {n_worse} of "
-        f"{len(ratios)} sequences of {shortest:.0f} to {longest:.0f} s. The sequences have "
-        f"{min(ratios):.2f} to {max(ratios):.2f} times the trace of the front."
+        "The table compares maneuvers at the t_end of a plan. A sequence has a t_end of its own by "
+        f"the rule `trace`. At this time, {n_worse} of {len(ratios)} sequences of "
+        f"{shortest:.0f} to {longest:.0f} s have a larger trace than the front. "
+        f"The ratio of the traces is {min(ratios):.2f} to {max(ratios):.2f}."
         + (f" Better than the front: {', '.join(better)}." if better else "")
     )
 

@@ -5,8 +5,8 @@ docs/validation/independent-simulator.md. Names of classes restrict the flights 
 The reasons of inconsistent verdicts and errors are written to stderr.
 
 Each class is simulated by `mgeo_calibration.simulate_telemetry` and by the independent simulation
-of the tests, which shares no code with the estimator. Durations, rates and axes differ from flight
-to flight.
+of the tests, which shares only the models of the environment with the estimator. Durations, rates
+and axes differ from flight to flight.
 """
 
 from __future__ import annotations

@@ -85,6 +85,15 @@ def test_infeasible_scenarios(folder):
     run("mgeo report runs/tight")
 
 
+@pytest.mark.parametrize(
+    "path", sorted((DOCS / "explanation").glob("*.md")), ids=lambda path: path.stem
+)
+def test_equation_labels_end_in_the_number_of_the_equation(path):
+    """Equations are numbered within a page, so that the label shows the number in the source."""
+    labels = re.findall(r"^\$\$ \((.*)\)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    assert [int(label.rpartition("-")[2]) for label in labels] == [*range(1, len(labels) + 1)]
+
+
 def test_rate_random_walk_from_a_bias_stability():
     """The least Allan deviation of simulated noise is the stability in the tutorial's formula."""
     page = (DOCS / "tutorials/attitude-control.md").read_text(encoding="utf-8")

@@ -59,11 +59,11 @@ PLAN_FORMAT = "mgeo-attitude-plan"
 
 
 class AttitudeManeuverProblem(ProblemMixin, Problem):
-    """Optimization problem (pymoo) of satellite maneuvers at constant body rates. The default
-    objectives are the convergence time of a Kalman filter and the trace of its final covariance.
+    """Optimization of satellite maneuvers at constant body rates, as a pymoo problem.
 
-    The trace is the weighted trace of equation (5) of the paper, a sum of rad², rad²/s² and
-    dimensionless squares. Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in
+    The default objectives are the convergence time of a Kalman filter and the trace of its final
+    covariance. The trace is the weighted trace of equation (5) of the paper, a sum of rad², rad²/s²
+    and dimensionless squares. Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in
     turn. Constraints of the scenario are inequality constraints; see `constraint_names`.
 
     Parameters
@@ -162,8 +162,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def environment(self) -> Environment:
-        """Orbit position, Sun direction, geomagnetic field and eclipses at all times of the
-        scenario, computed on first use.
+        """Orbit, Sun direction, geomagnetic field and eclipses at all times of the scenario.
+
+        The environment is computed on first use.
         """
         return Environment.from_scenario(self.scenario)
 
@@ -178,7 +179,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         modify_model: Callable[[FilterModel], FilterModel] | None = None,
         **options: Any,
     ) -> Evaluation:
-        """Run the Kalman filter for each design without random errors, and return the results.
+        """Run the Kalman filter for each design in a nominal run, without random errors.
 
         Parameters
         ----------
@@ -198,8 +199,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def lower_bound(self) -> LowerBound:
-        """Lower bounds on the trace and the 1-sigmas that hold for every plan in a nominal run,
-        computed on first use.
+        """Lower bounds on the trace and the 1-sigmas that hold for every plan in a nominal run.
+
+        The bounds are computed on first use.
 
         Raises
         ------
@@ -210,15 +212,12 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @cached_property
     def monte_carlo_runs(self) -> MonteCarloRuns | None:
-        """Monte Carlo runs over which plans are evaluated, or None if plans are evaluated in
-        nominal runs.
-        """
+        """Monte Carlo runs used to evaluate plans, or None for an evaluation in nominal runs."""
         errors = self.scenario.monte_carlo
         return None if errors is None else MonteCarloRuns(self.scenario, self.model, errors)
 
     def at_fidelity(self, fidelity: int) -> AttitudeManeuverProblem:
-        """Return the problem at a given fidelity level, for a search that starts at low fidelity
-        (level 0).
+        """Return the problem at a given fidelity level, where level 0 is the lowest.
 
         A lower level evaluates fewer Monte Carlo runs. The level with all runs returns the problem
         itself. See `mgeo.MGEOStaged`.
@@ -252,11 +251,10 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         out["F"], out["G"], _ = np.split(self.evaluate_designs(designs), ends, axis=1)
 
     def evaluate_designs(self, X: Floats) -> Floats:
-        """Return objectives, constraint values and relative violations of all bounds, as columns of
-        an array with one row per design.
+        """Return objectives, constraint values and relative violations, with one row per design.
 
-        The values are those of nominal runs or, with Monte Carlo runs, their quantiles or means.
-        Designs of the previous batch are not evaluated again.
+        The violations are those of all bounds. The values are those of nominal runs or, with Monte
+        Carlo runs, their quantiles or means. Designs of the previous batch are not evaluated again.
 
         Parameters
         ----------
@@ -277,8 +275,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return reduce_runs(values, self.n_obj, self.monte_carlo_runs.settings)
 
     def evaluate_runs(self, runs: Iterable[MonteCarloRun], X: Floats) -> Floats:
-        """Return objectives, constraint values and relative violations of all bounds for each
-        design in each Monte Carlo run, as an array over runs, designs and values.
+        """Evaluate each design in each Monte Carlo run.
+
+        The array contains objectives, constraint values and relative violations of all bounds.
 
         Parameters
         ----------
@@ -294,8 +293,9 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return evaluate_runs(runs, X, self.compute_values, self.threads, self._needs_covariance)
 
     def compute_values(self, model: FilterModel, result: Evaluation) -> Floats:
-        """Return objectives, constraint values and relative violations of all bounds from filter
-        results, as columns of an array with one row per design.
+        """Compute objectives, constraint values and relative violations from filter results.
+
+        The violations are those of all bounds.
 
         Parameters
         ----------
@@ -324,7 +324,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
-        """Construct the problem from the contents of a scenario file, given as nested dicts.
+        """Build the problem from the contents of a scenario file, given as nested dicts.
 
         An empty dict gives the paper's scenario. See `Scenario.from_dict`.
 
@@ -353,8 +353,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return the contents of a scenario file as a dict in which references to other files are
-        replaced by the contents of these files.
+        """Replace references to files in a scenario by the contents of these files.
 
         The only such file is an orbit file, whose path is relative to `folder`.
 
@@ -378,8 +377,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return self.scenario.to_dict()
 
     def map_to_indicator_space(self, F: ArrayLike) -> Floats:
-        """Scale objectives to comparable ranges, in which performance indicators such as the
-        hypervolume are computed.
+        """Scale objectives for performance indicators such as the hypervolume.
 
         For t_end and trace the scaling is t_end / duration and (log10 trace + 6) / 5; see
         docs/explanation/paper.md. With the preset "paper", the reference point (1, 1) bounds every
@@ -397,8 +395,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return scale_for_indicators(self.objectives, values, self.scenario)
 
     def to_robust(self) -> AttitudeManeuverProblem:
-        """Return a copy of the problem in which each plan is evaluated over Monte Carlo runs with
-        random errors.
+        """Return a copy of the problem that evaluates each plan over Monte Carlo runs.
 
         By default these are 512 runs with the quantile 0.95 of each objective. A search selects
         plans for which its own runs happen to be favorable. Because the quantile is larger than
@@ -417,12 +414,12 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return AttitudeManeuverProblem(scenario, threads=self.threads)
 
     def recommend_settings(self) -> dict[str, Any]:
-        """Return recommended settings for a search of this problem, as a dict: number of initial
-        designs, refinement, and number of evaluations.
+        """Return recommended settings for a search of this problem.
 
-        The dict is empty for the paper's scenario, which is a reference study; for few maneuvers,
-        where a search alone comes as close to the lower bound; and for Monte Carlo runs and
-        magnetorquers, where refinement takes far longer than a search. With momentum budgets of
+        The settings are the number of initial designs, local refinement and the number of
+        evaluations. The dict is empty for the paper's scenario, which is a reference study; for few
+        maneuvers, where a search alone comes as close to the lower bound; and for Monte Carlo runs
+        and magnetorquers, where refinement takes far longer than a search. With momentum budgets of
         wheels only initial designs are recommended.
 
         Returns
@@ -449,7 +446,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         }
 
     def suggest_initial_designs(self, n: int, random_state: np.random.Generator) -> Floats:
-        """Return n designs from which a search can start, as an array of shape (n, n_var).
+        """Return n initial designs for a search, as an array of shape (n, n_var).
 
         See `refine.initial_designs.build_initial_designs`.
 
@@ -467,8 +464,7 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         return build_initial_designs(self, n, random_state)
 
     def refine(self, X: ArrayLike) -> Iterator[Floats]:
-        """Return an iterator that improves designs by local refinement in batches, and yields all
-        designs after each batch.
+        """Improve designs by local refinement, and yield all designs after each batch.
 
         The designs keep their order. Later elements have additional rows for other end times. See
         `refine_plans`.

@@ -135,7 +135,7 @@ class TrueParameter(TypedDict):
     axis: str
     """Axis: "x", "y" or "z"."""
     unit: str
-    """Unit of telemetry."""
+    """Unit of the values, such as deg/h, arcmin or nT."""
     value: float
     """True value, in `unit`."""
 
@@ -163,7 +163,7 @@ class TruthFile(TypedDict):
     """True states by block, in the units of the filter: rad, rad/s, and magnetic fields divided by
     50,000 nT."""
     parameters: list[TrueParameter]
-    """The same states in the units of telemetry."""
+    """The same states, in the units of calibrations."""
 
 
 class SimulationDocument(TypedDict):
@@ -187,7 +187,7 @@ class ParameterRow(TypedDict):
     axis: str
     """Axis: "x", "y" or "z"."""
     unit: str
-    """Unit of telemetry."""
+    """Unit of the values, such as deg/h, arcmin or nT."""
     estimate: float
     """Estimate, in `unit`."""
     sigma: float
@@ -202,6 +202,21 @@ class ParameterRow(TypedDict):
     """Initial 1-sigma, in `unit_si`."""
     unit_si: str
     """SI unit."""
+
+
+class RequirementRow(TypedDict):
+    """Required 1-sigma of the scenario, compared with the calibration."""
+
+    block: str
+    """Gyro or sensor, and parameter, such as "gyro.bias", or "attitude"."""
+    unit: str
+    """Unit of the values, such as deg/h, arcmin or nT."""
+    required: float
+    """Required 1-sigma, in `unit`."""
+    achieved: float
+    """1-sigma of the calibration about the worst axis, in `unit`."""
+    satisfied: bool
+    """Whether the calibration is consistent and its 1-sigma satisfies the requirement."""
 
 
 class Correction(TypedDict):
@@ -270,6 +285,8 @@ class CalibrationFile(TypedDict):
     """Time of the estimates in UTC."""
     attitude_1sigma_deg: float
     """Attitude accuracy, 1-sigma about the worst body axis."""
+    requirements: list[RequirementRow]
+    """Required 1-sigmas of the scenario; empty without any."""
     parameters: list[ParameterRow]
     """Calibration parameters with their 1-sigma."""
     corrections: dict[str, Correction]

@@ -35,10 +35,10 @@ _MOUNTING_KEYS = ("kind", "name", "boresight")  # keys that the mounting place d
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class FaceSunSensor(SunSensor):
-    """Sun sensor on a face of the satellite. A nonzero `initial_bias` adds bias states.
+    """Sun sensor on a face of the satellite.
 
-    Within the field of view of one Sun sensor, bias and misalignment are hardly distinguishable, so
-    that the states of one of them suffice.
+    A nonzero `initial_bias` adds bias states. Within the field of view of one Sun sensor, bias and
+    misalignment are hardly distinguishable, so that the states of one of them suffice.
     """
 
     initial_bias: float = Field(default=0.0, ge=0.0)
@@ -227,8 +227,10 @@ def _validate_faces(faces: Any) -> tuple[str, ...]:
 
 
 def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
-    """Raise InvalidValue if the grades of one kind of instrument differ in a property that is
-    compiled into the filter kernel, such as their error states.
+    """Raise InvalidValue if the grades of a section need different filter kernels.
+
+    The grades must agree in all properties that are compiled into the kernel, such as their error
+    states.
     """
     for i, grade in enumerate(grades[1:], 1):
         first_traits, traits = (_list_kernel_traits(g.instrument) for g in (grades[0], grade))
@@ -238,9 +240,7 @@ def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
 
 
 def _list_kernel_traits(instrument: Any) -> dict[str, Any]:
-    """Return the properties of an instrument that are compiled into the filter kernel, as a dict
-    keyed by the name of the property.
-    """
+    """Return the properties of an instrument that are compiled into the filter kernel."""
     cones = (
         instrument.list_visibility_cones() if hasattr(instrument, "list_visibility_cones") else ()
     )

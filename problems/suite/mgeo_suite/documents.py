@@ -23,7 +23,7 @@ class BudgetRow(TypedDict):
 
 
 class PriceRow(TypedDict):
-    """Lowest price of an attitude accuracy."""
+    """Lowest price of the suites that reach an attitude accuracy."""
 
     attitude_1sigma_deg: float
     """Attitude accuracy, 1-sigma about the worst of all axes."""
@@ -34,7 +34,7 @@ class PriceRow(TypedDict):
 
 
 class ConcludeDocument(TypedDict):
-    """Summary of a front of sensor suites."""
+    """Best suites and lowest prices on a front of sensor suites."""
 
     folder: str
     """Run folder."""
@@ -46,7 +46,7 @@ class ConcludeDocument(TypedDict):
 
 @extensible
 class GradeRow(TypedDict):
-    """Product of a catalog.
+    """Gyro or sensor in a catalog.
 
     Further keys are those of the gyro or the sensor in a scenario file, such as `noise_nt`.
     """
@@ -64,7 +64,7 @@ class GradeRow(TypedDict):
 
 
 class CatalogDocument(TypedDict):
-    """Catalog of sensors. A catalog file in TOML has the same keys."""
+    """Catalog of sensors, with the same keys as a catalog file in TOML."""
 
     faces: list[str]
     """Faces of the satellite on which Sun sensors can be mounted."""

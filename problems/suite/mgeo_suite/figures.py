@@ -21,12 +21,11 @@ _N_SAMPLES = 200  # maximum number of points of a time history
 def draw_figures(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, price: Floats, result: Evaluation
 ) -> dict[str, go.Figure]:
-    """Return a dict of two figures of a front: attitude accuracy versus price ("front"), and the
-    selected sensors of each solution ("sensors").
+    """Draw two figures of a front: accuracy versus price, and the selected sensors.
 
-    In the figure "front", the color indicates the star tracker. The number of a solution is its row
-    index. Designs for which the covariance of the filter lost its positive definiteness are left
-    out.
+    The keys of the figures are "front" and "sensors". In the figure "front", the color indicates
+    the star tracker. The number of a solution is its row index. Designs for which the covariance of
+    the filter lost its positive definiteness are left out.
 
     Parameters
     ----------
@@ -99,9 +98,7 @@ def _draw_front(
 
 
 def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints) -> go.Figure:
-    """Return a heatmap of the selected grades, with one row per mounting place and one column per
-    solution.
-    """
+    """Draw the selected grades as a heatmap of mounting places and solutions."""
     places = suites.places[::-1]
     numbers = choices[order][:, ::-1].T
     texts = [
@@ -128,8 +125,9 @@ def _draw_sensors(suites: SuiteModels, choices: Ints, price: Floats, order: Ints
 
 
 def draw_solution_figures(model: FilterModel, result: Evaluation) -> dict[str, go.Figure]:
-    """Return a dict of two figures of a plan: body rates versus time ("rates"), and attitude
-    1-sigma versus time ("attitude").
+    """Draw two figures of a plan: body rates and attitude 1-sigma versus time.
+
+    The keys of the figures are "rates" and "attitude".
 
     Parameters
     ----------

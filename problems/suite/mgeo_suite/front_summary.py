@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def find_best_suites(
     problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Iterable[float]
 ) -> list[BudgetRow]:
-    """Return the most accurate suite of a front within each budget, as one dict per budget.
+    """Return the most accurate suite of a front within each budget.
 
     Parameters
     ----------

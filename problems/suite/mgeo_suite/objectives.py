@@ -37,8 +37,7 @@ class SuiteObjective:
 
 
 def validate_objectives(names: Sequence[str], has_required_sigma: bool) -> tuple[str, ...]:
-    """Return a sequence of objective names as a tuple. Raise InvalidValue if a name is unknown or
-    repeated, or if the scenario does not define the objective.
+    """Check the names of objectives, and return them as a tuple.
 
     Parameters
     ----------

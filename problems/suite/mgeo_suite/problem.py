@@ -48,9 +48,9 @@ class SensorSuiteProblem(ProblemMixin, Problem):
     maneuvers. The first variables are pymoo's `Choice` of a grade of gyro, magnetometer, star
     tracker (or none), and Sun sensor on each face (or none). The others are the real variables of
     the maneuvers, as in `mgeo_attitude.AttitudeManeuverProblem`: body rates ωx, ωy, ωz [deg/s] and
-    duration [s] of each maneuver. A design is a dict by variable, or a row of numbers in which a
-    choice is the index of its option. The constraints of the scenario are inequality constraints,
-    see `constraint_names`.
+    duration [s] of each maneuver. A design is a dict that maps variable names to values, or a row
+    of numbers in which a choice is the index of its option. The constraints of the scenario are
+    inequality constraints, see `constraint_names`.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         )
 
     def split_designs(self, X: ArrayLike) -> tuple[Ints, Floats]:
-        """Split designs into the indices of the selected instruments and the maneuver variables.
+        """Split designs into the selected instruments and the maneuver variables.
 
         Parameters
         ----------
@@ -156,8 +156,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return choices, numbers[:, n_places:]
 
     def run_filter(self, X: ArrayLike, history: bool = False) -> Evaluation:
-        """Return the results of the Kalman filter along the maneuvers of each design, computed with
-        the sensors of its suite.
+        """Run the Kalman filter for each design with the sensors of its suite.
 
         Parameters
         ----------
@@ -181,7 +180,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
 
     def _compute_values(self, designs: Floats) -> Floats:
-        """Return objectives and constraint violations of designs, as columns of one array."""
+        """Return the objectives and constraint violations of designs, with one row per design."""
         result = self.run_filter(designs)
         resources = self.suites.compute_resources(self.split_designs(designs)[0])
         columns = [
@@ -197,14 +196,14 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         return [OBJECTIVES[name] for name in self.objectives]
 
     def encode_designs(self, X: ArrayLike) -> Floats:
-        """Encode mixed-variable designs, given as dicts, as rows of a float array.
+        """Convert mixed-variable designs from dicts to rows of numbers.
 
         Designs that are numbers already are returned as a float array.
 
         Parameters
         ----------
         X : array_like, shape (n, n_var) or (n,)
-            Designs as numbers or as dicts by variable.
+            Designs as numbers, or as dicts that map variable names to values.
 
         Returns
         -------
@@ -271,7 +270,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return the options with paths of scenario and catalog files replaced by file contents.
+        """Replace the paths of scenario and catalog files by the contents of these files.
 
         Parameters
         ----------
@@ -306,8 +305,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
         }
 
     def map_to_indicator_space(self, F: ArrayLike) -> Floats:
-        """Scale objective vectors for performance indicators such as the hypervolume. The scaled
-        values are of order 1.
+        """Scale objectives to order 1 for performance indicators such as the hypervolume.
 
         Price, mass and power are divided by their maximum over all suites. The attitude 1-sigma is
         mapped to the decimal logarithm of its ratio to 0.001 deg, divided by four. All other

@@ -29,7 +29,7 @@ RESOURCE_KEYS = ("price_keur", "mass_g", "power_mw")
 
 @dataclass(frozen=True)
 class MountingPlace:
-    """Mounting place of one instrument on the satellite, with the grades that can be selected.
+    """Mounting place of an instrument, with the grades that can be selected.
 
     Attributes
     ----------
@@ -102,10 +102,10 @@ class SuiteModels:
         return self.get_layout_model(np.array([len(place.options) - 1 for place in self.places]))
 
     def compute_layout_ids(self, choices: Ints) -> Ints:
-        """Return an integer for each suite. Suites with the same integer can use the same compiled
-        filter kernel.
+        """Return an integer for each suite that identifies its compiled filter kernel.
 
-        The integer encodes the number of Sun sensors and the presence of a star tracker.
+        Suites with the same integer share the kernel. The integer encodes the number of Sun sensors
+        and the presence of a star tracker.
 
         Parameters
         ----------
@@ -119,11 +119,11 @@ class SuiteModels:
         return self._has_instrument(choices) @ self._layout_weights
 
     def get_layout_model(self, choice: Ints) -> FilterModel:
-        """Return the filter model that represents all suites with equal numbers of sensors of each
-        kind. These suites share its compiled kernel.
+        """Return a filter model whose compiled kernel fits the selected suite.
 
-        The model is built on first use. It has the same number of sensors of each kind as the
-        suite, but with the errors of the last grade in the catalog.
+        Suites with equal numbers of sensors of each kind share the model. The model is built on
+        first use. It has the same number of sensors of each kind as the suite, but with the errors
+        of the last grade in the catalog.
 
         Parameters
         ----------
@@ -167,7 +167,7 @@ class SuiteModels:
         return total
 
     def get_suite_model(self, choice: Ints) -> FilterModel:
-        """Return the filter model of a suite, with its gyro and sensors.
+        """Return the filter model of a suite.
 
         The model is built on first use.
 
@@ -185,7 +185,7 @@ class SuiteModels:
         return model
 
     def get_option_names(self, choice: Ints) -> dict[str, str]:
-        """Return the names of the selected grades, as a dict keyed by the mounting place."""
+        """Return a dict that maps mounting places to the names of the selected grades."""
         return {
             place.name: place.options[number]
             for place, number in zip(self.places, choice, strict=True)
@@ -229,7 +229,7 @@ def _rename_sensor(sensor: Sensor, name: str) -> Sensor:
 
 
 def list_places(catalog: Catalog) -> Iterator[MountingPlace]:
-    """Yield the mounting places of gyro and sensors, in the order of the filter states.
+    """Yield the mounting places of all instruments, in the order of the filter states.
 
     Parameters
     ----------
@@ -263,8 +263,7 @@ def _build_place(
 
 
 def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -> Scenario:
-    """Return a copy of a scenario with the given gyro and sensors. Raise InvalidValue if its
-    criteria cannot be evaluated for every suite.
+    """Return a copy of a scenario with the given gyro and sensors.
 
     Raises
     ------
@@ -292,8 +291,7 @@ def _add_instruments(scenario: Scenario, gyro: Gyro, sensors: tuple[Any, ...]) -
 def evaluate_choices(
     suites: SuiteModels, choices: Ints, maneuvers: Floats, threads: int | None, history: bool
 ) -> Evaluation:
-    """Return the results of the Kalman filter for each design, computed with the suite and the
-    maneuvers of that design.
+    """Run the Kalman filter for each design with the selected suite and maneuvers.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ ACCURACY_LEVELS_DEG = (1.0, 0.1, 0.03)
 
 
 class SuiteView(View):
-    """Tables, texts and figures of designs of a `SensorSuiteProblem`, for reports.
+    """Tables, texts and figures that present designs of a `SensorSuiteProblem`.
 
     See `mgeo.View`. Each design is evaluated once.
     """
@@ -137,9 +137,7 @@ class SuiteView(View):
         return build_constraint_tables(bounds, violations.reshape(len(self.X), len(bounds)))
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return a dict of two figures of the designs: attitude accuracy versus price ("front"),
-        and the selected sensors ("sensors").
-        """
+        """Draw accuracy versus price ("front") and the selected sensors ("sensors")."""
         from mgeo_suite.figures import draw_figures
 
         price = self.resources[:, 0]
@@ -148,9 +146,7 @@ class SuiteView(View):
         )
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return, for each design, a dict with figures of body rates and attitude 1-sigma versus
-        time.
-        """
+        """Draw body rates and attitude 1-sigma versus time for each design."""
         from mgeo_suite.figures import draw_solution_figures
 
         model = self.problem.suites.model
@@ -160,9 +156,9 @@ class SuiteView(View):
         return [draw_solution_figures(model, result) for result in results]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Return, for each attitude accuracy in `ACCURACY_LEVELS_DEG`, the minimum price of the
-        suites on a front that reach this accuracy. The result is a dict whose keys state the
-        accuracy.
+        """Return the lowest price on a front for each accuracy in `ACCURACY_LEVELS_DEG`.
+
+        The keys of the dict state the accuracy.
 
         Accuracies that no suite reaches are left out.
         """

@@ -21,7 +21,7 @@ def test_bias_instability_is_maximum_allan_deviation_of_gauss_markov_process(flo
 
 
 def test_inconsistent_bias_parameters_are_rejected():
-    expected = r"bias_instability_deg_per_h = 1.0: expected none without bias_decay"
+    expected = r"bias_instability_deg_per_h = 1.0: expected bias_decay > 0"
     with pytest.raises(InvalidValue, match=expected):
         Gyro(bias_instability_deg_per_h=1.0)
     with pytest.raises(InvalidValue, match=r"rate_random_walk = .*expected all > 0 rad/s\^1.5, or"):

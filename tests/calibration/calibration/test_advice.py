@@ -89,7 +89,7 @@ def test_suggested_random_walk_makes_calibration_consistent(change):
     telemetry = simulate_with_fault({}, change_gyro(change))
     first = calibrate(SCENARIO, telemetry)
     said = re.match(
-        r"gyro\.bias drifts by .* random walk of about ([0-9.e-]+), ", first.failures[0].cause
+        r"gyro\.bias drifts by .* random walk of about ([0-9.e-]+) rad", first.failures[0].cause
     )
     assert said, first.failures
     more = dataclasses.replace(SCENARIO.gyro, rate_random_walk=float(said[1]))

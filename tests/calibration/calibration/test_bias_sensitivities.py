@@ -55,7 +55,7 @@ def test_sensitivities_are_calibrated_within_sigma(telemetry):
     assert calibration.is_consistent, calibration.conclusion
     table = calibration.build_table().set_index("block")
     assert (table.loc["mag.bias_per_current", "sigma"] < 100.0).all()  # from 1000 nT per A
-    assert (table.loc["gyro.bias_per_temp", "sigma"] < 1e-4).all()  # deg/s per degC, from 5e-4
+    assert (table.loc["gyro.bias_per_temp", "sigma"] < 0.36).all()  # deg/h per degC, from 1.8
     sent = calibration.compute_corrections()["mag"]["bias_sensitivities"]["current"]
     assert sent["unit"] == "nT per A"
     np.testing.assert_allclose(

@@ -24,6 +24,9 @@ from scipy.spatial.transform import Rotation
 from ...browser import opened
 from .runs import PLAN
 
+#: Initial 1-sigma of the Sun sensor bias of the preset ``paper``, 0.02 rad [arcmin].
+SUN_BIAS = 60.0 * np.degrees(0.02)
+
 
 def test_table_has_one_row_per_parameter_and_axis(calibration, telemetry):
     table = calibration.build_table()
@@ -31,17 +34,17 @@ def test_table_has_one_row_per_parameter_and_axis(calibration, telemetry):
     assert list(table["axis"]) == list("xyz") * 5
     first = table.drop_duplicates("block").set_index("block")
     assert first["unit"].to_dict() == {
-        "gyro.bias": "deg/s",
+        "gyro.bias": "deg/h",
         "sun.misalignment": "deg",
-        "sun.bias": "-",
+        "sun.bias": "arcmin",
         "mag.misalignment": "deg",
         "mag.bias": "nT",
     }
-    np.testing.assert_allclose(first["prior_sigma"], [0.01, 1.0, 0.02, 1.0, 2000.0], rtol=1e-12)
+    np.testing.assert_allclose(first["prior_sigma"], [36.0, 1.0, SUN_BIAS, 1.0, 2000.0], rtol=1e-12)
     truth = telemetry.truth.states[-1]
     true = {
-        "gyro.bias": np.degrees(truth[3:6]),
-        "sun.bias": truth[9:12],
+        "gyro.bias": 3600.0 * np.degrees(truth[3:6]),
+        "sun.bias": 60.0 * np.degrees(truth[9:12]),
         "mag.bias": 5e4 * truth[15:18],
         "mag.misalignment": Rotation.from_quat([*(0.5 * truth[12:15]), 1.0]).as_rotvec(True),
     }
@@ -75,6 +78,27 @@ def test_conclusion_is_consistent_or_states_failed_test(scenario, telemetry, cal
     sensors = {**telemetry.sensors, "mag": drift}
     drifting = calibrate(scenario, dataclasses.replace(telemetry, sensors=sensors))
     assert "whiteness of mag" in {failure.test for failure in drifting.failures}
+
+
+def test_requirements_are_compared_with_worst_axes(scenario, telemetry):
+    required = {"attitude_deg": 0.001, "mag.bias_nt": 400.0, "sun.bias": 0.01}
+    demanding = dataclasses.replace(scenario, required_sigma=required)
+    found = calibrate(demanding, telemetry)
+    table = found.build_requirement_table()
+    assert table["satisfied"].to_dict() == {
+        "attitude": False,
+        "sun.bias": True,
+        "mag.bias": True,
+    }
+    assert table["required"].to_list() == pytest.approx([0.001, SUN_BIAS / 2.0, 400.0])
+    sigmas = found.build_table().groupby("block")["sigma"].max()
+    blocks = ["sun.bias", "mag.bias"]
+    np.testing.assert_allclose(table.loc[blocks, "achieved"], sigmas[blocks])
+    assert table.loc["attitude", "achieved"] == pytest.approx(found.attitude_sigma_deg)
+    assert "1 of 3 required 1-sigmas" in build_report(found)
+    wrong = dataclasses.replace(found, data_faults=("frozen samples",))
+    assert not wrong.build_requirement_table()["satisfied"].any()
+    assert calibrate(scenario, telemetry).build_requirement_table().empty
 
 
 def test_false_alarm_rate_equals_significance_level():

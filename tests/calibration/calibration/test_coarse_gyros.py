@@ -47,5 +47,5 @@ def test_coarsely_quantized_gyro_is_consistent_with_note():
     assert not any(re.match("(sun|mag): sigmas", note) for note in found.notes)
     assert any("noise or steps of the gyro" in note for note in found.notes)
     bias = found.build_table().query("block == 'gyro.bias'")
-    off = (bias["estimate"] - [-2.1, -3.6, 1.4]) / bias["sigma"]
+    off = (bias["estimate"] / 3600.0 - [-2.1, -3.6, 1.4]) / (bias["sigma"] / 3600.0)
     assert np.abs(off).max() < 3.0

@@ -116,6 +116,20 @@ def test_screen_has_verdict_parameters_and_tests_within_80_columns(run, flight, 
     assert tests.keys() >= set(found.build_model_test_table().index)
 
 
+def test_screen_says_whether_each_required_sigma_is_satisfied(run, flight, tmp_path):
+    folder, scenario, _ = flight
+    required = {"attitude_deg": 0.001, "mag.bias_nt": 400.0}
+    dataclasses.replace(scenario, required_sigma=required).save(tmp_path / "required.toml")
+    command = ("calibrate", folder / "telemetry.csv", "--scenario", tmp_path / "required.toml")
+    text = run(*command).stdout
+    verdict = " ".join(text.partition("\n\n")[0].split())
+    assert "1 of 2 required 1-sigmas is violated: attitude" in verdict
+    rows = parse_table(text, "Required 1-sigma")
+    assert (rows["attitude"][-1], rows["mag bias"][-1]) == ("VIOLATED", "satisfied")
+    document = json.loads(run(*command, "--json").stdout)
+    assert [row["satisfied"] for row in document["requirements"]] == [False, True]
+
+
 def test_scenario_with_another_epoch_than_plan_raises(run, flight, tmp_path):
     # For example the scenario of a search with a free start time, where the plan has its own epoch.
     folder, scenario, _ = flight

@@ -10,6 +10,7 @@ from mgeo.store.atomic import check_writable
 from mgeo_attitude.plan.files import read_json
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import CHOICES, read_front
+from mgeo_attitude.view.summaries import describe_ends
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,8 @@ class SelectedPlan:
 
     @property
     def summary(self) -> str:
-        """One line of text with the name, convergence time and predicted 1-sigmas of the plan."""
-        return f"{self.name}. {self.plan.summary}"
+        """One line of text with the name and the convergence time of the plan."""
+        return f"{self.name}. {describe_ends(self.plan.view)[0]}"
 
 
 def load_plan(

@@ -40,8 +40,9 @@ _MIN_SINE = 1e-9
 
 
 def pseudo_inverse_allocation(axes: Floats) -> Floats:
-    """Return the matrix that converts a torque or momentum in body axes to the wheel loads with the
-    smallest sum of squares.
+    """Return the matrix that allocates a torque or momentum in body axes to reaction wheels.
+
+    The allocation minimizes the sum of the squared wheel loads.
 
     Parameters
     ----------
@@ -57,8 +58,10 @@ def pseudo_inverse_allocation(axes: Floats) -> Floats:
 
 
 def minimax_allocation(axes: Floats) -> Floats:
-    """Return a matrix W that gives the smallest possible maximum load of reaction wheels. For a
-    torque or momentum m in body axes, this load is the largest component of ``abs(W @ m)``.
+    """Return the load matrix W of the allocation that minimizes the largest wheel load.
+
+    For a torque or momentum m in body axes, the largest wheel load is the largest component of
+    ``abs(W @ m)``.
 
     The set {A u: |u| <= 1} that wheels of equal size reach is a zonotope, whose facets are spanned
     by pairs of axes. A demand m exceeds the facet of normal n by the factor |n · m| / Σ |n · a|;
@@ -196,8 +199,7 @@ class Wheels(Settings):
 
     @property
     def has_momentum_budget(self) -> bool:
-        """True if the total angular momentum of satellite and wheels may be nonzero, so that the
-        wheels must store it.
+        """True if satellite and wheels may have a nonzero total angular momentum.
 
         The wheels then also store this momentum, which the filter computes along the plan.
         """
@@ -213,9 +215,10 @@ class Wheels(Settings):
         return np.array([unit_vector(axis) for axis in self.axes])
 
     def compute_load_matrix(self) -> Floats:
-        """Return the load matrix W of the wheels for their allocation rule. For a torque or
-        momentum m in body axes, the load of the most loaded wheel is the largest component of
-        ``abs(W @ m)``.
+        """Return the load matrix W for the allocation rule of the wheels.
+
+        For a torque or momentum m in body axes, the load of the most loaded wheel is the largest
+        component of ``abs(W @ m)``.
 
         Returns
         -------
@@ -224,18 +227,18 @@ class Wheels(Settings):
         return ALLOCATIONS[self.allocation](self.normalized_axes())
 
     def compute_largest_load(self, demand: Floats) -> float:
-        """Return the load of the most loaded wheel, for a total torque or momentum in body axes."""
+        """Return the load of the most loaded wheel for a total torque or momentum in body axes."""
         return float(np.abs(self.compute_load_matrix() @ demand).max())
 
 
 @dataclass(frozen=True, kw_only=True)
 class Magnetorquers(Settings):
-    """Magnetorquers along the body axes, which produce the torque m × B with dipole m and field B.
+    """Magnetorquers along the three body axes.
 
-    With wheels, magnetorquers do not rotate the satellite but may unload momentum
-    (`filter.wheel_load`). Without wheels, the rates of a plan are targets: in each maneuver, the
-    magnetorquers drive the body to the rate and are then switched off, and the body moves freely
-    until the next maneuver.
+    A dipole m produces the torque m × B in the field B. With wheels, magnetorquers do not rotate
+    the satellite but may unload momentum (`filter.wheel_load`). Without wheels, the rates of a plan
+    are targets: in each maneuver, the magnetorquers drive the body to the rate and are then
+    switched off, and the body moves freely until the next maneuver.
 
     Examples
     --------
@@ -272,15 +275,15 @@ class Magnetorquers(Settings):
             expect(not any(products), "products_of_inertia", products, "zeros without inertia")
 
     def inertia_matrix(self) -> Floats:
-        """Return the inertia matrix J of the satellite [kg m²], shape (3, 3). The matrix is defined
-        only without wheels.
+        """Return the inertia matrix J of the satellite [kg m²], shape (3, 3).
+
+        The matrix is defined only without wheels.
         """
         assert self.inertia is not None  # `check_magnetorquers` ensures this.
         return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def build_drive(self, field: Floats, attitude: Floats, rate: Floats) -> MagnetorquerDrive:
-        """Return a simulator of the rotation of the satellite under magnetorquer control, from a
-        given initial attitude and body rate.
+        """Return a simulator of the satellite's rotation under magnetorquer control.
 
         Parameters
         ----------
@@ -313,8 +316,7 @@ def check_magnetorquers(
     maneuvers: ManeuverBounds,
     step: float,
 ) -> None:
-    """Raise InvalidValue if the settings of the magnetorquers are inconsistent with the wheels, the
-    maneuver bounds or the filter step.
+    """Raise InvalidValue if the magnetorquers do not fit the wheels, maneuvers or filter step.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ManeuverBounds(Settings):
-    """Number of maneuvers in a plan, and bounds on their rates, durations and accelerations.
+    """Number of maneuvers in a plan, with bounds on rates, durations and accelerations.
 
     Examples
     --------
@@ -65,13 +65,12 @@ class ManeuverBounds(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class PathConstraint(Settings):
-    """Cone about a body axis that must contain or exclude a direction, such as the Sun, during the
-    whole plan.
+    """Cone about a body axis that must contain or exclude a direction during the whole plan.
 
-    For the Earth's disc, angles are measured from the limb and are negative inside of the disc. The
-    Sun counts in sunlight only. The axis follows from the estimated attitude: the constraint has a
-    margin of `attitude_sigmas` times the 1-sigma of the angle, see equation (3) of
-    docs/explanation/maneuvers-and-constraints.md.
+    An example of a direction is the Sun. For the Earth's disc, angles are measured from the limb
+    and are negative inside of the disc. The Sun counts in sunlight only. The axis follows from the
+    estimated attitude: the constraint has a margin of `attitude_sigmas` times the 1-sigma of the
+    angle, see equation (3) of docs/explanation/maneuvers-and-constraints.md.
 
     Examples
     --------
@@ -114,7 +113,9 @@ class PathConstraint(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class Window(Settings):
-    """Time window that must contain the whole plan. Start and end are converted to UTC.
+    """Time window that must contain the whole plan.
+
+    Start and end are converted to UTC.
 
     Examples
     --------
@@ -139,11 +140,11 @@ class Window(Settings):
 
 
 def compute_deadline(scenario: Scenario) -> float:
-    """Return the latest time at which a plan may end according to the time windows of the scenario
-    [s after the epoch].
+    """Return the latest time at which a plan may end [s after the epoch].
 
-    The deadline is earlier by the largest start delay of Monte Carlo runs. It is infinite without
-    windows, and minus infinity if no window is open at the epoch.
+    The time windows of the scenario determine this deadline. It is earlier by the largest start
+    delay of Monte Carlo runs. It is infinite without windows, and minus infinity if no window is
+    open at the epoch.
     """
     if not scenario.windows:
         return math.inf
@@ -152,8 +153,9 @@ def compute_deadline(scenario: Scenario) -> float:
 
 
 def _compute_open_window_ends(scenario: Scenario) -> Floats:
-    """Return the end of each time window [s after the epoch], as an array. The value is -inf for a
-    window that is not open at the epoch.
+    """Return the end of each time window [s after the epoch].
+
+    The value is -inf for a window that is not open at the epoch.
     """
     spans = ((each.start - scenario.epoch, each.end - scenario.epoch) for each in scenario.windows)
     seconds = ((start.total_seconds(), end.total_seconds()) for start, end in spans)

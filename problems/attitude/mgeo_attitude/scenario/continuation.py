@@ -47,7 +47,7 @@ _N_SIGMAS = 6.0
 
 
 def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], Any]) -> Table:
-    """Return the table (nested dict) of a scenario that starts from the result of a calibration.
+    """Return the table of a scenario that starts from the result of a calibration.
 
     The calibration, a dict as saved in JSON, is the entry ``after`` of the table. Without an
     ``epoch``, the scenario starts at the time, attitude and covariance of the calibration. With a
@@ -108,8 +108,9 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
 
 
 def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
-    """Return the table entry ``housekeeping_channels`` for a later start: times are shifted, and
-    initial values are removed.
+    """Return the table entry ``housekeeping_channels`` for a later start.
+
+    Times are shifted, and initial values are removed.
     """
     later = []
     for channel in base.get("housekeeping_channels", []):
@@ -121,12 +122,11 @@ def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
 
 
 def propagate_prior(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
-    """Propagate the estimates and the covariance of a calibration to the start of a later scenario,
-    without measurements.
+    """Propagate the result of a calibration to the start of a later scenario.
 
-    The gyro's bias and the Gauss-Markov errors decay and accumulate noise; constants keep their
-    uncertainty. Attitude and rate are the initial values of the new scenario, uncorrelated with all
-    other states.
+    No measurements are available during this time. The gyro's bias and the Gauss-Markov errors
+    decay and accumulate noise; constants keep their uncertainty. Attitude and rate are the initial
+    values of the new scenario, uncorrelated with all other states.
 
     Parameters
     ----------
@@ -180,8 +180,9 @@ def _parse_epoch(value: Any) -> datetime:
 
 
 def _check_calibration(calibration: Any) -> Mapping[str, Any]:
-    """Return a calibration unchanged. Raise InvalidKey or InvalidValue if an entry of `ENTRIES` is
-    missing or invalid.
+    """Check that all `ENTRIES` of a calibration are present and valid, and return it unchanged.
+
+    Raise InvalidKey for a missing entry, and InvalidValue for an invalid one.
     """
     if not isinstance(calibration, Mapping):
         raise InvalidValue("after", calibration, "expected a calibration as saved in JSON")
@@ -212,9 +213,10 @@ def _check_consistency(calibration: Mapping[str, Any], accept: Any) -> None:
 
 
 def _clip_rate(prior: Prior, scenario: Any) -> Prior:
-    """Return a copy of a prior whose body rate is reduced to the maximum rate or wheel momentum,
-    if it exceeds this limit by no more than the gyro noise can explain. Otherwise, return the
-    prior unchanged.
+    """Clip the body rate of a prior to the maximum rate or wheel momentum.
+
+    The rate is clipped only if gyro noise can explain the excess. Otherwise, the prior is returned
+    unchanged.
     """
     rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
     ratios = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]

@@ -28,8 +28,9 @@ from mgeo_attitude.settings.types import (
 
 @dataclass(frozen=True, kw_only=True)
 class Convergence(Settings):
-    """Rule that defines the end of a plan, t_end: convergence of the filter, or the end of the last
-    maneuver.
+    """Rule that determines the end time t_end of a plan.
+
+    A plan ends when the filter has converged, or at the end of the last maneuver.
 
     Examples
     --------
@@ -57,10 +58,10 @@ class Convergence(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class MonteCarloSettings(Settings):
-    """Settings of the Monte Carlo evaluation of plans: number of runs, and distributions of the
-    random errors.
+    """Settings of the Monte Carlo evaluation of plans.
 
-    Run k of a seed does not depend on the number of runs.
+    They specify the number of runs and the distributions of the random errors. Run k of a seed does
+    not depend on the number of runs.
 
     Examples
     --------
@@ -105,18 +106,16 @@ class MonteCarloSettings(Settings):
         expect(counts == sorted(counts), "fidelities", self.fidelities, expected)
 
     def n_runs_at_fidelity(self, fidelity: int | None) -> int:
-        """Return the number of Monte Carlo runs at a given fidelity level of the search. Levels are
-        counted from 0.
+        """Return the number of Monte Carlo runs at a fidelity level of the search.
 
-        Levels after the last, and None, use all runs.
+        Levels are counted from 0. Levels after the last, and None, use all runs.
         """
         counts = [*self.fidelities, self.n_runs]
         return self.n_runs if fidelity is None else counts[min(fidelity, len(counts) - 1)]
 
 
 class BlockValues(dict[str, float]):
-    """Hashable dict with one number per block of the error state. The keys are block names, such as
-    ``mag.bias``.
+    """Hashable dict that maps block names, such as ``mag.bias``, to numbers.
 
     In a file, the names may be nested tables: ``{"mag": {"bias": 1.0}}``.
     """
@@ -139,16 +138,15 @@ class BlockValues(dict[str, float]):
 
 
 class TraceWeights(BlockValues):
-    """Weights (>= 0) of the blocks of the error state in the trace of the covariance, as a dict
-    keyed by block name.
+    """Weight of each block in the trace of the covariance, keyed by block name.
 
-    A block without an entry has the weight 1, or 0 if no plan can reduce its error
-    (`Suite.uncalibrated_blocks`).
+    Weights are at least 0. A block without an entry has the weight 1, or 0 if no plan can reduce
+    its error (`Suite.uncalibrated_blocks`).
 
     Parameters
     ----------
     values : mapping of str to float, optional
-        Weights by block.
+        Weights, keyed by block name.
 
     Examples
     --------
@@ -163,8 +161,7 @@ class TraceWeights(BlockValues):
     def list_weights(
         self, blocks: Iterable[str], uncalibrated: Collection[str] = ()
     ) -> tuple[float, ...]:
-        """Return the weight of each block in the trace of the covariance, as a tuple in the order
-        of `blocks`.
+        """Return the weights of blocks in the trace of the covariance, in the order of `blocks`.
 
         Parameters
         ----------
@@ -177,12 +174,11 @@ class TraceWeights(BlockValues):
 
 
 class RequiredSigma(BlockValues):
-    """Required 1-sigmas (> 0) of blocks of the error state, as a dict. A key is the name of a block
-    with its unit, such as ``attitude_deg``.
+    """Required 1-sigma of each block, keyed by block name and unit.
 
-    Each axis of the block must satisfy the requirement. Keys end in the unit of the number:
-    ``attitude_deg``, ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, part of a unit vector, has
-    no unit.
+    Values are above 0. Each axis of the block must satisfy the requirement. Keys end in the unit of
+    the number: ``attitude_deg``, ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, part of a unit
+    vector, has no unit.
 
     Examples
     --------
@@ -196,8 +192,9 @@ class RequiredSigma(BlockValues):
     number_type = Positive
 
     def list_sigmas(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
-        """Return the required 1-sigma of each block in the filter's units, as a tuple. The value is
-        infinite for a block without a requirement.
+        """Return the required 1-sigma of each block in the filter's units.
+
+        The value is infinite for a block without a requirement.
 
         Parameters
         ----------
@@ -211,15 +208,14 @@ class RequiredSigma(BlockValues):
 
 
 def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:
-    """Raise InvalidValue if a table, such as ``trace_weights``, has a key that does not refer to a
-    block of the error state.
+    """Raise InvalidValue if a table has a key that is not the name of a block.
 
     Parameters
     ----------
     key : str
         Key of the table in the message.
     values : mapping of str to float
-        Numbers by block.
+        Numbers, keyed by block name.
     known : collection of str
         Valid names.
     """
@@ -230,8 +226,7 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
 
 
 def check_objectives(names: Sequence[str], blocks: Collection[str], required: bool) -> None:
-    """Raise InvalidValue if the name of an objective is repeated or unknown, or if the scenario
-    does not define the objective.
+    """Raise InvalidValue if an objective is repeated, unknown or not defined by the scenario.
 
     Parameters
     ----------

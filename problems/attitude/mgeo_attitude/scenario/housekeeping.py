@@ -111,8 +111,7 @@ def check_channels(channels: Sequence[HousekeepingChannel], suite: Suite) -> Non
 def compute_channel_values(
     channels: Sequence[HousekeepingChannel], suite: Suite, times: Floats, sunlit: Bools
 ) -> Mapping[str, Floats]:
-    """Return the values of the housekeeping channels on which biases depend, as a dict from channel
-    name to an array with one value per sample.
+    """Return a dict with the values of all housekeeping channels on which biases depend.
 
     Parameters
     ----------

@@ -38,8 +38,9 @@ def _compute_orbital_rate(orbit_state: Environment | SatelliteState) -> Floats:
 
 
 def _compute_velocity_rate(orbit_state: Environment | SatelliteState) -> Floats:
-    """Return the angular velocity of the velocity vector of a Keplerian orbit in GCRS axes [rad/s],
-    shape (n, 3).
+    """Return the angular velocity of the velocity vector in a Keplerian orbit [rad/s].
+
+    The result is in GCRS axes and has shape (n, 3).
     """
     cube = np.linalg.norm(orbit_state.position, axis=1, keepdims=True) ** 3
     square = (orbit_state.velocity**2).sum(axis=1, keepdims=True)
@@ -63,7 +64,7 @@ POINTING_LAWS = ("inertial", *_LAWS)
 
 @dataclass(frozen=True, kw_only=True)
 class InitialConditions(Settings):
-    """Initial attitude with its uncertainty, and initial body rate.
+    """Initial attitude and body rate, with the uncertainty of the attitude.
 
     The attitude follows from an attitude law at the epoch: fixed in inertial space, or with a body
     axis toward the Earth's center, along the velocity or toward the Sun. Uncertainties of gyro and
@@ -191,8 +192,9 @@ class InitialConditions(Settings):
         return attitude[0], self._compute_law_rate(attitude, orbit_state)[0]
 
     def compute_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the initial body rate [rad/s], shape (3,). If no rate is specified, it is the rate
-        of the attitude law at the first orbit state.
+        """Return the initial body rate [rad/s], shape (3,).
+
+        If no rate is specified, the attitude law determines the rate at the first orbit state.
         """
         rate = self.rate_deg_s
         return self.compute_law_rate(orbit_state)[0] if rate is None else np.radians(rate)

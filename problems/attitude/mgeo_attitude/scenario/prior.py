@@ -21,12 +21,13 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Prior(Settings):
-    """Estimates of attitude, body rate and error states at the epoch and their covariance, as
-    obtained by a calibration.
+    """Result of a calibration from which a scenario starts.
 
-    The prior replaces attitude and rate of ``[initial]`` and all initial 1-sigmas. Numbers are in
-    the filter's units (rad, rad/s, 1; a field in units of 50 µT). Estimates of rotations are
-    rotation vectors of `rotation.rotate`; their errors are the residual rotations e in R = R̂ R(e).
+    The prior contains estimates of the attitude, the body rate and the error states at the epoch,
+    and their covariance. The prior replaces attitude and rate of ``[initial]`` and all initial
+    1-sigmas. Numbers are in the filter's units (rad, rad/s, 1; a field in units of 50 µT).
+    Estimates of rotations are rotation vectors of `rotation.rotate`; their errors are the residual
+    rotations e in R = R̂ R(e).
 
     Examples
     --------
@@ -71,12 +72,12 @@ class Prior(Settings):
 
     @property
     def estimates(self) -> Floats:
-        """Estimated error state, shape (n_states,), with zeros for the attitude error."""
+        """Estimated error state with zeros for the attitude error, shape (n_states,)."""
         return np.concatenate([np.zeros(3), *map(np.array, self.states)])
 
     @property
     def sigma(self) -> Floats:
-        """1-sigma of the estimation error of each error-state component, shape (n_states,)."""
+        """Estimation uncertainty (1-sigma) of each error-state component, shape (n_states,)."""
         return np.sqrt(np.diag(np.array(self.covariance)))
 
     @property
@@ -88,8 +89,7 @@ class Prior(Settings):
 
 
 def read_prior(calibration: Mapping[str, Any], suite: Suite) -> Prior:
-    """Return the prior for a scenario from the result of a calibration, given as the dict that is
-    saved in JSON.
+    """Return the prior of a scenario from the saved result of a calibration.
 
     Parameters
     ----------
@@ -109,9 +109,9 @@ def read_prior(calibration: Mapping[str, Any], suite: Suite) -> Prior:
 
 
 def read_states(calibration: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
-    """Return the estimated error states of a calibration, as a mapping from block name to 3-vector.
+    """Return a mapping from block names to the error states that a calibration estimated.
 
-    The attitude is not included.
+    The values are 3-vectors. The attitude is not included.
 
     Raises
     ------
@@ -133,8 +133,9 @@ def check_quaternion(quaternion: Sequence[float]) -> None:
 
 
 def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> None:
-    """Raise InvalidValue unless a matrix is a valid covariance of n states: n by n, symmetric and
-    positive definite.
+    """Raise InvalidValue unless a matrix is a valid covariance of n states.
+
+    The matrix must have n rows and n columns, and be symmetric and positive definite.
     """
     rows = [len(row) for row in matrix]  # type: ignore[union-attr, arg-type]
     is_square = len(rows) == n and set(rows) == {n}

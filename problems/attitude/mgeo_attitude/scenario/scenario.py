@@ -65,10 +65,10 @@ _NO_GYRO = "expected a [gyro] table: the filter needs a gyro, see docs/how-to/de
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario(Settings):
-    """Immutable, hashable definition of a maneuver optimization: orbit, gyro, sensors, constraints
-    and criteria.
+    """Immutable, hashable definition of a maneuver optimization.
 
-    An epoch with another UTC offset is converted to UTC; an epoch without offset is rejected.
+    A scenario specifies orbit, gyro, sensors, constraints and criteria. An epoch with another UTC
+    offset is converted to UTC; an epoch without offset is rejected.
 
     Raises
     ------
@@ -169,10 +169,10 @@ class Scenario(Settings):
 
     @property
     def deadline(self) -> float:
-        """Latest time at which a plan may end, including the slew back [s after the epoch]. The
-        deadline is infinite without time windows.
+        """Latest time at which a plan may end, including the slew back [s after the epoch].
 
-        The deadline is earlier by the largest start delay of Monte Carlo runs.
+        The deadline is infinite without time windows. It is earlier by the largest start delay of
+        Monte Carlo runs.
         """
         return compute_deadline(self)
 
@@ -194,8 +194,9 @@ class Scenario(Settings):
     def build_rotation_dynamics(
         self, field: Floats, attitude: Floats, rate: Floats
     ) -> RotationDynamics:
-        """Return the model that determines how fast the body rate can change: slew limits or
-        magnetorquer control. Return None if the rate changes instantaneously.
+        """Return a model of how the body rate changes: slew limits or magnetorquer control.
+
+        The result is None if the rate changes instantaneously.
 
         Parameters
         ----------
@@ -268,7 +269,7 @@ class Scenario(Settings):
 
     @staticmethod
     def paper() -> Scenario:
-        """Return the preset with the scenario of Table 2 of the paper by Hott, Chagas and de Sousa.
+        """Return the scenario of the paper by Hott, Chagas and de Sousa (Table 2).
 
         Values that the paper does not state are chosen to reproduce its fronts; comments in the
         file ``scenario/paper.toml`` mark them.
@@ -277,7 +278,7 @@ class Scenario(Settings):
 
     @staticmethod
     def cubesat_1u() -> Scenario:
-        """Return the preset of a 1U CubeSat that only magnetorquers rotate.
+        """Return the preset of a 1U CubeSat with magnetorquers as the only actuators.
 
         Comments in the file ``scenario/cubesat_1u.toml`` list the sources of its values.
         """
@@ -293,20 +294,20 @@ class Scenario(Settings):
 
     @staticmethod
     def cubesat_6u() -> Scenario:
-        """Return the preset of a 6U CubeSat with small instruments, in the orbit of the paper but
-        with eclipses.
+        """Return the preset of a 6U CubeSat with small instruments.
 
-        With the rule "trace", it converges later than the paper's satellite, when the trace falls
-        by less than 1 % over 300 s.
+        The orbit is that of the paper, but with eclipses. With the rule "trace", the filter
+        converges when the trace falls by less than 1 % over 300 s, which is later than for the
+        paper's satellite.
         """
         return Scenario.from_dict({"preset": "cubesat_6u"})
 
     @staticmethod
     def cubesat_6u_full() -> Scenario:
-        """Return the preset `cubesat_6u` with all modeled errors, constant and time-varying, of
-        instruments and environment models.
+        """Return the preset `cubesat_6u` with all modeled errors of instruments and environment.
 
-        Comments in the file ``scenario/cubesat_6u_full.toml`` list the sources of its values.
+        The errors are constant or time-varying. Comments in the file
+        ``scenario/cubesat_6u_full.toml`` list the sources of its values.
         """
         return Scenario.from_dict({"preset": "cubesat_6u_full"})
 
@@ -319,8 +320,9 @@ class Scenario(Settings):
 
     @staticmethod
     def from_dict(table: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
-        """Build a scenario from nested dicts and lists. A preset or a calibration may provide the
-        missing keys.
+        """Build a scenario from nested dicts and lists.
+
+        A preset or a calibration may provide the missing keys.
 
         With ``preset``, the table overrides the preset key by key. With ``after``, a calibration as
         saved in JSON, the table overrides the scenario that continues from its time, attitude and
@@ -392,7 +394,10 @@ class Scenario(Settings):
         return scenario
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the scenario to a TOML file. An existing file is replaced atomically."""
+        """Write the scenario to a TOML file.
+
+        An existing file is replaced atomically.
+        """
         write_file(Path(path), self.to_toml().encode())
 
 

@@ -23,10 +23,9 @@ PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatelli
 
 
 def merge_preset(table: Mapping[str, Any]) -> Table:
-    """Return a scenario table in which missing keys are filled in from its preset. Without the key
-    ``preset``, the result is a copy.
+    """Fill in the missing keys of a scenario table from its preset.
 
-    See `Scenario.from_dict` for the rules.
+    A table without the key ``preset`` is copied unchanged. See `Scenario.from_dict` for the rules.
 
     Raises
     ------
@@ -44,8 +43,7 @@ def merge_preset(table: Mapping[str, Any]) -> Table:
 
 
 def merge_table(base: Table, overrides: Mapping[str, Any]) -> Table:
-    """Return a copy of a scenario table, a nested dict, that is updated recursively with the
-    entries of `overrides`.
+    """Return a copy of a scenario table, updated recursively with `overrides`.
 
     An orbit of another class replaces the whole orbit, and a list of sensors the whole list.
     """
@@ -59,17 +57,16 @@ def merge_table(base: Table, overrides: Mapping[str, Any]) -> Table:
 
 
 def _find_orbit_class(table: Table) -> type | None:
-    """Return the class of the orbit in a scenario table, or None if the table does not determine
-    it.
-    """
+    """Return the class of the orbit in a scenario table, or None if it is not determined."""
     orbit = table.get("orbit")
     name = ORBITS.get_class_name(orbit) if isinstance(orbit, Mapping) else None
     return ORBITS.classes.get(name) if isinstance(name, str) else None
 
 
 def _merge_sensor(table: Any, preset: list[Table]) -> Any:
-    """Return a sensor table in which missing keys are filled in from a sensor of the preset: that
-    of the same name and kind, or else the only sensor of the same kind.
+    """Fill in the missing keys of a sensor table from a sensor of the preset.
+
+    This is the sensor of the same name and kind or, failing that, the only sensor of the same kind.
     """
     if not isinstance(table, Mapping):
         return table
@@ -98,15 +95,16 @@ _HEADER = f"""\
 
 
 class ScenarioFileError(ValueError):
-    """Error for a scenario file or string that cannot be read. The message names the file and the
-    key or line.
+    """Error for a scenario file or TOML text that cannot be read.
+
+    The message names the file and the key or line.
     """
 
 
 def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
-    """Parse a TOML file or a string that contains TOML. Return the name of the source for error
-    messages, the folder of the file, and the parsed table.
+    """Parse a TOML file, or a string that contains TOML.
 
+    Return the name of the source for error messages, the folder of the file, and the parsed table.
     See `Scenario.from_toml` for the parameter.
 
     Raises
@@ -128,7 +126,7 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, Table]:
 
 
 def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, str]) -> str:
-    """Return the text of a TOML file for a scenario, with a comment on every key.
+    """Format a scenario as the text of a TOML file, with a comment on every key.
 
     Parameters
     ----------
@@ -137,7 +135,7 @@ def to_toml(scenario: Settings, table: Mapping[str, Any], notes: Mapping[str, st
     table : mapping
         Result of `Scenario.to_dict`.
     notes : mapping of str to str
-        Additional comment at the end of a table, by key.
+        Additional comments at the end of tables, keyed by table name.
     """
     head, tables = [_HEADER], []
     for key, value in table.items():

@@ -40,8 +40,7 @@ _ALTITUDE_SAMPLES = 200
 
 
 def check_consistency(scenario: Scenario, suite: Suite) -> None:
-    """Raise InvalidValue if the fields of a scenario are inconsistent with each other or with the
-    sensor suite.
+    """Raise InvalidValue if fields of a scenario contradict each other or the sensor suite.
 
     The message names the key, its value and the condition.
     """
@@ -57,8 +56,9 @@ def check_consistency(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_durations(scenario: Scenario) -> None:
-    """Raise InvalidValue unless the duration and the convergence window are multiples of the step
-    and have an admissible number of steps.
+    """Check the duration and the convergence window against the filter step.
+
+    Both must be multiples of the step and have an admissible number of steps.
     """
     step, window = f"step = {scenario.step!r} s", scenario.convergence.window
     for key, span in (("duration", scenario.duration), ("convergence.window", window)):
@@ -68,8 +68,9 @@ def _check_durations(scenario: Scenario) -> None:
 
 
 def _check_rate(scenario: Scenario) -> None:
-    """Raise InvalidValue unless the maximum body rate is within the gyro's range and rotates the
-    body by less than 180 degrees per step.
+    """Check the maximum body rate against the gyro's range and the filter step.
+
+    The body must rotate by less than 180 degrees per step.
     """
     step = f"step = {scenario.step!r} s"
     rate = scenario.maneuvers.max_rate_deg_s
@@ -86,8 +87,7 @@ def _check_rate(scenario: Scenario) -> None:
 
 
 def _check_sample_intervals(scenario: Scenario) -> None:
-    """Raise InvalidValue unless sample intervals and the convergence window are admissible for the
-    step and the duration.
+    """Check sample intervals and the convergence window against the step and the duration.
 
     The convergence rule 'required' also needs required 1-sigmas.
     """
@@ -105,8 +105,9 @@ def _check_sample_intervals(scenario: Scenario) -> None:
 
 
 def _check_epoch(scenario: Scenario) -> None:
-    """Raise InvalidValue if the scenario requires the geomagnetic field model and the run is not
-    within the time span of the model.
+    """Check that a run is within the time span of the geomagnetic field model.
+
+    A scenario that does not need the field model may have any epoch.
     """
     epoch, start, end = scenario.epoch, FIELD_MODEL_START, FIELD_MODEL_END
     is_covered = start <= epoch <= end and scenario.latest_end <= (end - epoch).total_seconds()
@@ -132,8 +133,9 @@ def _check_names(scenario: Scenario) -> None:
 
 
 def _check_states(scenario: Scenario, suite: Suite) -> None:
-    """Raise InvalidValue if all weights in the trace of the covariance are zero, or if the error
-    states of the prior are not those of the suite.
+    """Check the weights in the trace of the covariance and the error states of the prior.
+
+    At least one weight must be nonzero. The prior must have the error states of the suite.
     """
     weights = TraceWeights(scenario.trace_weights)
     has_weight = any(weights.list_weights(suite.blocks, suite.uncalibrated_blocks))
@@ -145,8 +147,9 @@ def _check_states(scenario: Scenario, suite: Suite) -> None:
 
 
 def _check_path_constraints(scenario: Scenario) -> None:
-    """Raise InvalidValue if no attitude satisfies a path constraint with its margin for the
-    initial attitude error.
+    """Check that the margin of every path constraint leaves an admissible attitude.
+
+    The margin is that of the initial attitude error.
     """
     for i, constraint in enumerate(scenario.path_constraints if scenario.prior is None else ()):
         half_angle, keep_in = constraint.half_angle_deg, constraint.keep_in
@@ -173,8 +176,7 @@ class ImplausibleValue(UserWarning):
 
 
 def find_implausible_values(scenario: Scenario) -> tuple[str, ...]:
-    """Return a warning text for each value of a scenario that is likely an error. The tuple is
-    empty if there are no such values.
+    """Return a warning for each value of a scenario that is likely an error.
 
     Implausible values are numbers outside of their usual range, an orbit outside of the range of
     the field model, and an old element set.
@@ -187,7 +189,7 @@ def find_implausible_values(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _find_unusual_values(settings: Any, prefix: str = "") -> Iterator[str]:
-    """Yield a warning text for each nonzero number outside of the `UsualRange` of its field."""
+    """Yield a warning for each nonzero number outside the `UsualRange` of its field."""
     for name in get_fields(type(settings)):
         value, key = getattr(settings, name), f"{prefix}{name}"
         values = value if isinstance(value, tuple) else (value,)
@@ -236,8 +238,9 @@ def _find_old_element_set(scenario: Scenario) -> Iterator[str]:
 
 
 class OutsideValidity(UserWarning):
-    """Warning about initial 1-sigmas larger than those for which the filter was found to be
-    statistically consistent.
+    """Warning about initial 1-sigmas outside the range in which the filter was validated.
+
+    Within the range, the filter was found to be statistically consistent.
     """
 
 
@@ -258,8 +261,7 @@ MAX_ORBIT_ERROR_M = 30_000.0
 
 
 def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
-    """Return, for each initial 1-sigma that limits the validity of the linear covariance, its key,
-    its value and the largest value for which the filter was found to be consistent.
+    """List the largest initial 1-sigmas for which the filter was found to be consistent.
 
     Returns
     -------
@@ -285,12 +287,12 @@ def list_validity_ranges(scenario: Scenario) -> list[tuple[str, float, float]]:
 
 
 def find_validity_violations(scenario: Scenario) -> tuple[str, ...]:
-    """Return a message for each initial 1-sigma that is too large for the linear covariance, which
-    may then be overconfident. The tuple is empty if there is none.
+    """Return a message for each initial 1-sigma that is too large for the linear covariance.
 
-    The initial uncertainties are compared with the ranges of docs/validation/consistency.md, in
-    which one uncertainty at a time was varied from the presets. A scenario within the ranges is not
-    guaranteed to be consistent; `simulate` tests it.
+    The predicted covariance may then be overconfident. The initial uncertainties are compared with
+    the ranges of docs/validation/consistency.md, in which one uncertainty at a time was varied from
+    the presets. A scenario within the ranges is not guaranteed to be consistent; `simulate` tests
+    it.
 
     Parameters
     ----------

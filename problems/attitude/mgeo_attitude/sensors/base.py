@@ -47,7 +47,7 @@ Exclusion = Annotated[Degrees | None, Field(ge=0.0, lt=90.0)]
 
 @dataclass(frozen=True)
 class Sensor(Settings, ABC):
-    """Base class of attitude sensors, whose measurements have one to three components.
+    """Base class for attitude sensors with measurements of one to three components.
 
     A subclass is a frozen dataclass whose fields are the parameters of the sensor. The filter
     requires `states`, `linearize_measurement` and `noise_sigmas`, and generates its kernel from
@@ -117,18 +117,18 @@ class Sensor(Settings, ABC):
         )
 
     def latency_states(self) -> dict[str, State]:
-        """Return the uncertainty model of the measurement latency, as a dict with the single key
-        ``latency``. The dict is empty if the sensor has no latency.
+        """Return a dict with the uncertainty model of the latency.
 
-        The result of `states` of a subclass includes this dict.
+        The only key is ``latency``. The dict is empty for a sensor without latency. The result of
+        `states` of a subclass includes this dict.
         """
         return {"latency": ScalarConstant(self.initial_latency_s)} if self.initial_latency_s else {}
 
     def sensitivity_states(self) -> dict[str, State]:
-        """Return the initial 1-sigma of the coefficient of each bias sensitivity, as a dict keyed
-        by the name of its error state, such as ``bias_per_temp``.
+        """Return a dict with the initial 1-sigma of each bias-sensitivity coefficient.
 
-        The result of `states` of a subclass includes this dict.
+        The keys are the names of the error states, such as ``bias_per_temp``. The result of
+        `states` of a subclass includes this dict.
         """
         return {
             each.state_name: each.initial_sigma
@@ -138,8 +138,7 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def states(self) -> Mapping[str, State]:
-        """Return the error states of the sensor, as a mapping from the name of each state to its
-        initial 1-sigma or to its Gauss-Markov process.
+        """Return a mapping from each error state of the sensor to its initial uncertainty.
 
         Each error state is a 3-vector.
 
@@ -153,8 +152,7 @@ class Sensor(Settings, ABC):
         """
 
     def list_environment_errors(self) -> tuple[str, ...]:
-        """Return the names of the environment model errors that affect the measurements of this
-        sensor.
+        """Return the names of the environment model errors that affect the sensor.
 
         The names are keys of `EnvironmentErrors.states`. Errors that the scenario models are
         attributes of the argument `x` of `linearize_measurement` and `predict_measurement`.
@@ -163,8 +161,7 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def linearize_measurement(self, x: Any, v: Vec3) -> Any:
-        """Return the error of the measurement, to first order in the attitude error and in the
-        error states of the sensor.
+        """Return the linearized measurement error for given attitude and sensor errors.
 
         The result must be linear in `x`, since the filter derives the measurement matrix from it.
 
@@ -186,8 +183,7 @@ class Sensor(Settings, ABC):
         """
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the noise-free measurement that the nonlinear sensor model predicts for given
-        error states and a reference vector.
+        """Return the noise-free measurement predicted by the nonlinear sensor model.
 
         The derivative at zero errors is `linearize_measurement`. Implementations use only ``+ - *
         /`` and the functions of `rotation`, since they are evaluated on arrays and on second-order
@@ -217,7 +213,7 @@ class Sensor(Settings, ABC):
         )
 
     def add_noise(self, measurement: Any, noise: Floats) -> Any:
-        """Add noise to a noise-free measurement, and return the noisy measurement.
+        """Add noise to a noise-free measurement.
 
         Parameters
         ----------
@@ -251,8 +247,9 @@ class Sensor(Settings, ABC):
 
     @abstractmethod
     def noise_sigmas(self) -> tuple[float, ...]:
-        """Return the noise 1-sigma of each component of the measurement, in the unit of the
-        measurement.
+        """Return the noise 1-sigma of each component of a measurement.
+
+        The values are in the unit of the measurement.
         """
 
     def inertial_vector(self, environment: Environment) -> Floats | None:
@@ -284,12 +281,11 @@ class Sensor(Settings, ABC):
 
     @property
     def n_auxiliary_vectors(self) -> int:
-        """Number of auxiliary vectors that the measurement model uses at each sample."""
+        """Number of vectors that the measurement model needs besides the reference vector."""
         return 0
 
     def auxiliary_vectors(self, environment: Environment) -> Floats:
-        """Return the auxiliary vectors of the sensor at each sample. These are the vectors, apart
-        from the reference vector, on which a measurement depends.
+        """Return the vectors that the measurement model needs besides the reference vector.
 
         Examples are the tangent vectors of a direction sensor and the albedo vector of a
         photodiode. Only sensors whose `n_auxiliary_vectors` is above zero implement the method.
@@ -302,10 +298,10 @@ class Sensor(Settings, ABC):
         raise NotImplementedError
 
     def list_visibility_cones(self) -> tuple[Cone, ...]:
-        """Return the visibility cones of the sensor. Each is a cone about a body axis that must
-        contain or exclude a direction, such as the Sun, while the sensor measures.
+        """Return the cones that must contain or exclude a direction while the sensor measures.
 
-        A field of view is a cone that must contain the `inertial_vector`.
+        Each cone is centered on a body axis. The direction is, for example, the direction of the
+        Sun. A field of view is a cone that must contain the `inertial_vector`.
         """
         return ()
 
@@ -317,10 +313,10 @@ class Sensor(Settings, ABC):
         return math.inf
 
     def find_available_samples(self, environment: Environment) -> Bools | None:
-        """Return a boolean array that is True at the samples where the environment permits a
-        measurement, for example outside of eclipses.
+        """Return True at the samples where the environment permits a measurement.
 
-        Visibility cones and body rates are evaluated separately.
+        A Sun sensor, for example, cannot measure in eclipse. Visibility cones and body rates are
+        evaluated separately.
 
         Returns
         -------
@@ -331,7 +327,7 @@ class Sensor(Settings, ABC):
 
 
 def scale_noise(instrument: Instrument, factor: float) -> Instrument:
-    """Return a copy of a gyro or sensor whose noise parameters are multiplied by a factor."""
+    """Return a copy of a gyro or sensor with all noise parameters multiplied by a factor."""
 
     def multiply(sigma: Any) -> Any:
         return tuple(map(multiply, sigma)) if isinstance(sigma, tuple) else factor * sigma

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class DirectionSensor(VectorSensor):
-    """Base class of sensors that measure a direction as two angles.
+    """Base class for sensors that measure a direction as two angles.
 
     The measurement is on the tangent plane of the unit vector v: y = Tᵀ ([v×](θ - μ) + b + w), with
     attitude error θ, misalignment μ and bias b. The two columns of T are perpendicular to v, and
@@ -74,10 +74,11 @@ class DirectionSensor(VectorSensor):
         return 2
 
     def auxiliary_vectors(self, environment: Environment) -> Floats:
-        """Return two orthogonal unit vectors perpendicular to the reference vector, divided by the
-        length of the reference vector, at each sample.
+        """Return two scaled tangent vectors of the reference vector at each sample.
 
-        The scalar product of such a vector and an error of the reference vector is an angle [rad].
+        The vectors are perpendicular to the reference vector and to each other. Their length is the
+        reciprocal of the length of the reference vector. The scalar product of a scaled tangent
+        vector and an error of the reference vector is therefore an angle [rad].
         """
         v = self.inertial_vector(environment)
         assert v is not None
@@ -87,8 +88,7 @@ class DirectionSensor(VectorSensor):
 
 
 def rotate_tangents(v: Floats, w: Floats) -> Floats:
-    """Return the two tangent vectors at each unit vector v, rotated by the smallest rotation that
-    takes v to w.
+    """Rotate the tangent vectors of v by the smallest rotation that takes v to w.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
         return super().noise_sigmas()[:2]
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the measured Sun direction as a unit vector, including the effect of misalignment,
-        bias and albedo.
+        """Return the Sun direction predicted by the nonlinear sensor model, as a unit vector.
 
-        Only the part of the albedo perpendicular to the Sun direction is used. The part along the
-        Sun direction changes the angles in second order only. In the model, it would scale all
-        other parts, and the maximum a posteriori estimate would shrink them.
+        The prediction includes misalignment, bias and albedo. Only the part of the albedo
+        perpendicular to the Sun direction is used. The part along the Sun direction changes the
+        angles in second order only. In the model, it would scale all other parts, and the maximum a
+        posteriori estimate would shrink them.
         """
         direction = normalize(VectorSensor.predict_measurement(self, x, v))
         if not hasattr(x, "albedo"):
@@ -146,13 +146,12 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
 
 @dataclass(frozen=True)
 class HorizonSensor(DirectionSensor):
-    """Horizon sensor that measures the direction to the Earth's center as two angles, in sunlight
-    and in eclipse.
+    """Horizon sensor that measures the direction to the Earth's center as two angles.
 
-    An orbit error changes the direction by 0.8 deg per 100 km. Nadir is geocentric: the oblateness
-    of the Earth and of its infrared layer is assumed to be corrected, with the residual as part of
-    the bias. The sensor measures in a range of altitudes, and while the Sun is outside of an
-    exclusion angle from the boresight.
+    The sensor also measures in eclipse. An orbit error changes the direction by 0.8 deg per 100 km.
+    Nadir is geocentric: the oblateness of the Earth and of its infrared layer is assumed to be
+    corrected, with the residual as part of the bias. The sensor measures in a range of altitudes,
+    and while the Sun is outside of an exclusion angle from the boresight.
 
     Examples
     --------

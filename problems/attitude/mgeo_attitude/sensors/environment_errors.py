@@ -35,10 +35,10 @@ ECLIPSE_MARGIN_SIGMAS = 3.0
 
 @dataclass(frozen=True)
 class EnvironmentErrors(Settings):
-    """Errors of the geomagnetic field model, the orbit and the albedo model, each modeled as a
-    Gauss-Markov process.
+    """Errors of the geomagnetic field model, the orbit and the albedo model.
 
-    All errors are off by default. The errors of field and albedo are in GCRS axes.
+    Each error is modeled as a Gauss-Markov process. All errors are off by default. The errors of
+    field and albedo are in GCRS axes.
 
     Examples
     --------
@@ -86,8 +86,7 @@ class EnvironmentErrors(Settings):
         check_considered(self.considered, self.states())
 
     def states(self) -> dict[str, GaussMarkov]:
-        """Return the Gauss-Markov process of each environment error that is modeled, as a dict
-        keyed by the name of the error.
+        """Return the Gauss-Markov process of each modeled environment error, keyed by name.
 
         An error is modeled if its 1-sigma is nonzero. The names are ``albedo``, ``field_error`` and
         ``orbit_error``, in this order. The units are those of the filter's state; see `units`.
@@ -103,14 +102,14 @@ class EnvironmentErrors(Settings):
 
     @property
     def has_orbit_error(self) -> bool:
-        """True if an orbit error is modeled. An orbit error also makes the times of eclipses
-        uncertain.
+        """True if an orbit error is modeled.
+
+        An orbit error also makes the times of eclipses uncertain.
         """
         return any(self.orbit_error_m)
 
     def apply_to_environment(self, environment: Environment) -> Environment:
-        """Return a copy of an environment that includes the mean albedo, and in which samples close
-        to an eclipse count as eclipsed.
+        """Return a copy of an environment with eclipse margins and the mean albedo.
 
         A sample counts as eclipsed if an orbit error of `ECLIPSE_MARGIN_SIGMAS` standard deviations
         can place it in an eclipse. The albedo is included if `earth_albedo` is nonzero.
@@ -124,8 +123,9 @@ class EnvironmentErrors(Settings):
         return dataclasses.replace(environment, **changes) if changes else environment
 
     def _sunlight_mask(self, environment: Environment) -> Bools:
-        """Return a boolean array that is True at the samples that are sunlit for every orbit error
-        of at most `ECLIPSE_MARGIN_SIGMAS` standard deviations.
+        """Return True at samples that are sunlit for every orbit error within the eclipse margin.
+
+        The margin is `ECLIPSE_MARGIN_SIGMAS` standard deviations of the orbit error.
         """
         position, sun = environment.position, environment.sun
         angle = sun_limb_angle(position, sun)
@@ -136,8 +136,7 @@ class EnvironmentErrors(Settings):
         return sunlit
 
     def displace_position(self, environment: Environment, orbit_error: Floats) -> Environment:
-        """Return a copy of an environment in which the position of the satellite includes an orbit
-        error.
+        """Return a copy of an environment with the satellite displaced by an orbit error.
 
         Position and eclipses change; field and Sun direction do not.
 
@@ -165,8 +164,7 @@ class EnvironmentErrors(Settings):
         return dataclasses.replace(environment, position=position, sunlit=sunlit)
 
     def convert_position_gradient(self, gradient: Floats, environment: Environment) -> Floats:
-        """Convert a derivative with respect to the position in GCRS axes to a derivative with
-        respect to the position in the axes of the orbit error.
+        """Convert a derivative with respect to position from GCRS axes to orbit-error axes.
 
         Parameters
         ----------

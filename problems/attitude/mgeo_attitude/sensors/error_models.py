@@ -24,8 +24,7 @@ from mgeo_attitude.settings.types import Degrees, NonNegative, Unit
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """Stationary first-order Gauss-Markov (Ornstein-Uhlenbeck) process, which models a time-varying
-    error.
+    """Stationary first-order Gauss-Markov (Ornstein-Uhlenbeck) process of a time-varying error.
 
     The error e follows e' = -e / τ + white noise with correlation time τ. Its autocorrelation after
     a time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2). In
@@ -52,14 +51,11 @@ class GaussMarkov:
 
     @property
     def noise_density(self) -> Any:
-        """Power spectral density of the driving white noise: a number for all axes, or an array
-        with one value per axis.
-        """
+        """Power spectral density of the driving white noise, for all axes or per axis."""
         return 2.0 * np.square(self.sigma) / self.correlation_time
 
     def discretize(self, duration: Any) -> tuple[Any, Any]:
-        """Return the decay factor of the process over a duration, and the variance of the noise
-        that accumulates in that duration.
+        """Return the decay factor and the noise variance of the process over a duration.
 
         Parameters
         ----------
@@ -78,8 +74,10 @@ class GaussMarkov:
 
 @dataclass(frozen=True)
 class ScalarConstant:
-    """Uncertainty model of a constant scalar error, such as a latency, for a filter whose error
-    states are 3-vectors. Three highly correlated components represent the scalar.
+    """Uncertainty model of a constant scalar error, such as a latency.
+
+    The error states of the filter are 3-vectors. Three highly correlated components therefore
+    represent the scalar.
 
     Attributes
     ----------
@@ -100,19 +98,17 @@ State = float | tuple[float, float, float] | GaussMarkov | ScalarConstant
 
 
 def get_initial_sigma(state: State) -> float | tuple[float, float, float]:
-    """Return the initial 1-sigma of an error state: one value for all axes, or three values, one
-    per axis.
-    """
+    """Return the initial 1-sigma of an error state, for all axes or per axis."""
     return state.sigma if isinstance(state, GaussMarkov | ScalarConstant) else state
 
 
 @pydantic.dataclasses.dataclass(frozen=True)
 class BiasSensitivity(Settings):
-    """Linear dependence of a bias or misalignment on a housekeeping channel, such as a temperature.
-    The filter estimates the coefficient.
+    """Linear dependence of a bias or misalignment on a housekeeping channel.
 
-    The error changes by c (u - u₀) with the channel's value u and the reference value u₀. The
-    coefficient c is a constant 3-vector that the filter estimates.
+    An example of a channel is a temperature. The error changes by c (u - u₀) with the channel's
+    value u and the reference value u₀. The coefficient c is a constant 3-vector that the filter
+    estimates.
 
     Examples
     --------
@@ -140,7 +136,7 @@ class BiasSensitivity(Settings):
         return f"{self.error}_per_{self.channel}"
 
     def coefficient_unit(self, error: Unit) -> Unit:
-        """Return the unit of the coefficient, given the unit of the bias or misalignment.
+        """Return the unit of the coefficient for a given unit of the bias or misalignment.
 
         The unit is, for example, ``deg/h per degC``.
         """
@@ -153,15 +149,16 @@ def apply_bias_sensitivities(
     channel_deviations: Sequence[Any],
     multiply: Callable[[Any, Any], Any] = lambda value, coefficient: value * coefficient,
 ) -> MutableMapping[str, Any]:
-    """Add the effect of housekeeping channels to the bias and the misalignment of a gyro or sensor,
-    in place. The effect is the product of a channel deviation and its coefficient.
+    """Add the effect of housekeeping channels to bias and misalignment, in place.
+
+    The effect is the product of a channel deviation and its coefficient.
 
     Parameters
     ----------
     sensitivities : sequence of BiasSensitivity
     errors : mapping
-        Error states by name. The coefficients are removed, and the errors that depend on them
-        change.
+        Error states, keyed by name. The coefficients are removed, and the errors that depend on
+        them change.
     channel_deviations : sequence
         Channel minus reference value of each sensitivity, in a shape that broadcasts with the
         states.
@@ -188,13 +185,17 @@ def _rotate_twice(last: Any, first: Any, vector: Any) -> Any:
 
 
 def expand_per_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return a tuple of three values, one per axis. A single value is repeated for all axes."""
+    """Expand a single value to a tuple of three values, one per axis.
+
+    A tuple is returned unchanged.
+    """
     return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
 
 
 def select_nonzero(**sigmas: float) -> dict[str, State]:
-    """Return the nonzero initial 1-sigmas, as a dict keyed by the name of the error state. The
-    1-sigmas are given as keyword arguments, such as ``bias=0.01``.
+    """Return a dict of the error states whose initial 1-sigma is nonzero.
+
+    The 1-sigmas are keyword arguments, such as ``bias=0.01``.
     """
     return {state: sigma for state, sigma in sigmas.items() if sigma}
 
@@ -225,8 +226,7 @@ Nonorthogonality = Annotated[
 def check_bias_sensitivities(
     sensitivities: Sequence[BiasSensitivity], states: Collection[str], kind: str
 ) -> None:
-    """Raise InvalidValue if a bias sensitivity is repeated or refers to an error state that the
-    device does not have.
+    """Raise InvalidValue if a bias sensitivity is repeated or refers to a missing error state.
 
     Parameters
     ----------
@@ -244,9 +244,7 @@ def check_bias_sensitivities(
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
-    """Raise InvalidValue if a considered state is listed twice or is not an error state of the
-    device.
-    """
+    """Raise InvalidValue if a considered state is repeated or is not an error state."""
     expect_unique("considered[{}]", considered)
     for i, state in enumerate(considered):
         if state not in states:

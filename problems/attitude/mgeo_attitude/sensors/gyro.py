@@ -44,11 +44,11 @@ _ALLAN_PEAK = 0.437
 
 @dataclass(frozen=True)
 class Gyro(Settings):
-    """Three-axis gyro with white rate noise and a bias that follows a random walk or a Gauss-Markov
-    process.
+    """Three-axis gyro with white rate noise and a time-varying bias.
 
-    The measured rate is ω_m = ω + b + v_g with body rate ω, bias b and noise v_g. Errors of scale
-    factor, misalignment and non-orthogonality are optional; see `predict_measurement`.
+    The bias follows a random walk or a Gauss-Markov process. The measured rate is ω_m = ω + b + v_g
+    with body rate ω, bias b and noise v_g. Errors of scale factor, misalignment and
+    non-orthogonality are optional; see `predict_measurement`.
 
     Examples
     --------
@@ -78,8 +78,8 @@ class Gyro(Settings):
     bias_instability_deg_per_h: Annotated[
         PerAxis[Positive] | None, Unit("deg/h"), UsualRange(1e-4, 100.0)
     ] = None
-    """bias instability, the minimum of the Allan deviation, one number for all axes or one per
-    axis; replaces rate_random_walk and requires bias_decay"""
+    """bias instability, the maximum of the Allan deviation of the bias process, one number for all
+    axes or one per axis; replaces rate_random_walk and requires bias_decay"""
     bias_decay: Annotated[float, Unit("1/s")] = Field(default=0.0, ge=0.0)
     """inverse correlation time of the bias; 0 for a random walk"""
     initial_bias_deg_s: DegreesPerSecond = Field(default=0.01, gt=0.0)
@@ -106,7 +106,8 @@ class Gyro(Settings):
     def __post_init__(self) -> None:
         floor = self.bias_instability_deg_per_h
         expected = (
-            "none without bias_decay, because the Allan deviation of a random walk has no minimum"
+            "bias_decay > 0 in the same table, the inverse correlation time of the bias in 1/s; or "
+            "rate_random_walk in place of bias_instability_deg_per_h"
         )
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, expected)
         walk = expand_per_axis(self.rate_random_walk)
@@ -115,8 +116,7 @@ class Gyro(Settings):
         check_bias_sensitivities(self.bias_sensitivities, self.states(), "the gyro")
 
     def states(self) -> dict[str, float]:
-        """Return the initial 1-sigma per axis of each error state of the gyro, as a dict keyed by
-        the name of the state.
+        """Return a dict with the initial 1-sigma of each error state of the gyro.
 
         Every state is a 3-vector in body axes. The units are rad/s for the bias, rad for
         misalignment and non-orthogonality, and 1 for the scale factor.
@@ -135,8 +135,7 @@ class Gyro(Settings):
         return {state: sigma for state, sigma in states.items() if sigma}
 
     def convert_sample_noise(self, interval: float) -> Gyro:
-        """Return a copy of the gyro in which the noise of individual rate samples is part of the
-        angle random walk.
+        """Return a copy of the gyro in which the angle random walk includes the sample noise.
 
         Independent rate errors of 1-sigma σ at a sample interval T accumulate to an angle random
         walk of σ √T.
@@ -156,11 +155,11 @@ class Gyro(Settings):
         )
 
     def compute_error_derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
-        """Return the time derivatives of the attitude error and of the gyro's error states, as a
-        dict keyed by the name of the state.
+        """Return the time derivatives of the attitude error and of the gyro's error states.
 
-        This is equation (2) without noise. States that are missing from the result are constant.
-        Channel deviations of `bias_sensitivities` are taken as one.
+        The keys of the dict are the names of the states. This is equation (2) without noise. States
+        that are missing from the result are constant. Channel deviations of `bias_sensitivities`
+        are taken as one.
 
         Parameters
         ----------
@@ -181,8 +180,7 @@ class Gyro(Settings):
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
     def predict_measurement(self, x: Any, omega: Floats) -> Floats:
-        """Return the noise-free rate that the nonlinear gyro model predicts for given error states
-        and a body rate.
+        """Return the noise-free rate predicted by the nonlinear gyro model.
 
         ω_m = R(μ) (ω + k ∘ ω + N(η) ω) + b, with misalignment μ, scale factors k and the symmetric
         matrix N of the non-orthogonality η (`vector.shear`).
@@ -206,7 +204,7 @@ class Gyro(Settings):
         return measured
 
     def correct_measurement(self, x: Any, measured: Floats) -> Floats:
-        """Return the body rate for a measured rate, corrected for given error states of the gyro.
+        """Correct a measured rate for given error states of the gyro.
 
         This is the inverse of `predict_measurement`.
 
@@ -239,8 +237,7 @@ class Gyro(Settings):
         return corrected
 
     def _apply_scale_and_shear(self, x: Any, rate: Floats) -> Floats:
-        """Return a body rate with the effect of the gyro's scale-factor and non-orthogonality
-        errors.
+        """Apply the scale-factor and non-orthogonality errors of the gyro to a body rate.
 
         This is (I + diag(k) + N(η)) ω for the scale factors k and the non-orthogonality η.
         """
@@ -253,12 +250,11 @@ class Gyro(Settings):
 
     @property
     def effective_rate_random_walk(self) -> tuple[float, float, float]:
-        """Rate random walk of the bias per axis [rad/s^1.5], given directly or derived from the
-        bias instability.
+        """Rate random walk of the bias per axis [rad/s^1.5].
 
-        The bias instability is the maximum of the Allan deviation of a Gauss-Markov process with
-        driving noise q and correlation time T: 0.437 q √T, at 1.89 T (IEEE Std 952-1997, annex
-        C.1.5).
+        The value is given directly or derived from the bias instability. The bias instability is
+        the maximum of the Allan deviation of a Gauss-Markov process with driving noise q and
+        correlation time T: 0.437 q √T, at 1.89 T (IEEE Std 952-1997, annex C.1.5).
         """
         if self.bias_instability_deg_per_h is None:
             return expand_per_axis(self.rate_random_walk)
@@ -269,8 +265,7 @@ class Gyro(Settings):
         return x, y, z
 
     def compute_noise_density(self) -> dict[str, list[float]]:
-        """Return the power spectral densities of the white noise in the attitude error and in the
-        bias, per axis.
+        """Return the power spectral densities of the angle and rate random walks, per axis.
 
         Returns
         -------

@@ -39,7 +39,7 @@ class Measurements:
     sensors: tuple[Floats, ...]
 
     def mask(self, available: Bools) -> Measurements:
-        """Return a copy in which the sensor measurements at unavailable samples are NaN.
+        """Return a copy with NaN in place of unavailable sensor measurements.
 
         Parameters
         ----------
@@ -52,8 +52,7 @@ class Measurements:
 
 
 def stack_measurement(measurement: Any) -> Floats:
-    """Stack the vectors of a sensor's measurement, such as the three axes of a star tracker, in one
-    array.
+    """Stack the vectors of a measurement, such as the axes of a star tracker, in one array.
 
     Parameters
     ----------
@@ -69,17 +68,17 @@ def stack_measurement(measurement: Any) -> Floats:
 
 
 def unstack_measurement(array: Floats) -> Any:
-    """Split an array of stacked vectors into the format of `Sensor.predict_measurement`: an array
-    for one vector, or a tuple of arrays for several vectors.
+    """Split an array of stacked vectors into the format of `Sensor.predict_measurement`.
 
-    This is the inverse of `stack_measurement`.
+    The result is an array for one vector, or a tuple of arrays for several vectors. This is the
+    inverse of `stack_measurement`.
     """
     vectors = tuple(np.moveaxis(array, -2, 0))
     return vectors if len(vectors) > 1 else vectors[0]
 
 
 def count_vectors(sensor: Sensor) -> int:
-    """Return the number of vectors in a measurement of the sensor: 1, or 3 for a star tracker.
+    """Return the number of vectors in a measurement of a sensor, such as 3 for a star tracker.
 
     Raises
     ------
@@ -107,12 +106,12 @@ def apply_latency(
     to_body: Callable[[Any], Any],
     rate: Floats,
 ) -> tuple[SimpleNamespace, Any]:
-    """Return the arguments of `Sensor.predict_measurement`, corrected for the latency of the
-    sensor: they refer to the time of the measurement, which precedes the time stamp.
+    """Return the arguments of `Sensor.predict_measurement`, corrected for the latency.
 
-    The latency rotates the body back by its rate, and moves the reference vector back by its
-    derivative. The three components of the latency, one for each body axis, are nearly equal
-    (`ScalarConstant`). If the rate error `RATE_NOISE` is a state, it is added to the rate.
+    The arguments refer to the time of the measurement, which precedes the time stamp. The latency
+    rotates the body back by its rate, and moves the reference vector back by its derivative. The
+    three components of the latency, one for each body axis, are nearly equal (`ScalarConstant`). If
+    the rate error `RATE_NOISE` is a state, it is added to the rate.
 
     Parameters
     ----------
@@ -150,15 +149,17 @@ def apply_latency(
 
 
 def stack_noise_sigmas(sigmas: Iterable[Sequence[float] | Floats]) -> Floats:
-    """Return the noise 1-sigmas of all sensors as an array with one row per sensor and three
-    columns. Sensors with fewer than three components have ones in the remaining columns.
+    """Stack the noise 1-sigmas of all sensors in an array with three columns.
+
+    Sensors with fewer than three components have ones in the remaining columns.
     """
     return np.array([[*row, 1.0, 1.0][:3] for row in sigmas])
 
 
 def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
-    """Convert measured vectors of a sensor to the values of its telemetry columns. Missing
-    measurements become NaN.
+    """Convert the measured vectors of a sensor to the values of its telemetry columns.
+
+    Missing measurements are NaN.
 
     Parameters
     ----------
@@ -178,10 +179,9 @@ def to_telemetry(sensor: Sensor, vectors: Floats) -> Floats:
 
 
 def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
-    """Convert the values of a sensor's telemetry columns to measured vectors. This is the inverse
-    of `to_telemetry`.
+    """Convert the values of a sensor's telemetry columns to measured vectors.
 
-    Vectors of sensors with `has_unit_length` are normalized.
+    This is the inverse of `to_telemetry`. Vectors of sensors with `has_unit_length` are normalized.
 
     Parameters
     ----------
@@ -202,9 +202,7 @@ def from_telemetry(sensor: Sensor, values: Floats) -> Floats:
 def _convert_finite_rows(
     values: Floats, shape: int | tuple[int, ...], convert: Callable[[Floats], Floats]
 ) -> Floats:
-    """Apply a function to the rows of an array that contain no NaN. The other rows of the result
-    are NaN.
-    """
+    """Apply a function to all finite rows of an array, and set the other rows to NaN."""
     finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
     result = np.full((len(values), *np.atleast_1d(shape)), np.nan)
     result[finite] = convert(values[finite])

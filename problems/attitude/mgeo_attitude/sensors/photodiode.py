@@ -23,15 +23,15 @@ from mgeo_attitude.settings.types import Degrees, Direction, Identifier, UsualRa
 
 @dataclass(frozen=True)
 class Photodiode(Sensor):
-    """Cosine-law photodiode. Its signal is the scalar product of a sensitivity vector and the Sun
-    direction.
+    """Photodiode whose signal follows the cosine law.
 
-    The signal is y = (n + e) · s + w with normal n, Sun direction s, error e of the sensitivity
-    vector and noise w. Each photodiode is one sensor. In the diode's axes, whose z axis is the
-    normal, the first two components of e tilt the normal [rad] and the third is the gain error.
-    These are the parameters that are calibrated in orbit (J. C. Springmann, J. W. Cutler, On-Orbit
-    Calibration of Photodiodes for Attitude Determination, Journal of Guidance, Control, and
-    Dynamics 37 (2014) 1808-1823).
+    The signal is the scalar product of a sensitivity vector and the Sun direction. The signal is y
+    = (n + e) · s + w with normal n, Sun direction s, error e of the sensitivity vector and noise w.
+    Each photodiode is one sensor. In the diode's axes, whose z axis is the normal, the first two
+    components of e tilt the normal [rad] and the third is the gain error. These are the parameters
+    that are calibrated in orbit (J. C. Springmann, J. W. Cutler, On-Orbit Calibration of
+    Photodiodes for Attitude Determination, Journal of Guidance, Control, and Dynamics 37 (2014)
+    1808-1823).
 
     The diode measures while the Sun is within a half-angle of the normal. With `includes_albedo`,
     albedo that arrives in front of the face adds to sunlight.
@@ -66,8 +66,9 @@ class Photodiode(Sensor):
 
     @cached_property
     def axes(self) -> Floats:
-        """Axes of the photodiode as unit vectors in body axes, one per row, shape (3, 3). The last
-        row is the normal.
+        """Axes of the photodiode as unit vectors in body axes, shape (3, 3).
+
+        The array has one axis per row. The last row is the normal.
         """
         return build_frame(np.array(unit_vector(self.normal)))
 
@@ -91,8 +92,9 @@ class Photodiode(Sensor):
         return (sum((e * inner(a, light) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the noise-free signal due to sunlight and albedo. The model is valid while the Sun
-        is within the half-angle of the normal.
+        """Return the noise-free signal due to sunlight and albedo.
+
+        The model is valid while the Sun is within the half-angle of the normal.
         """
         errors = (x.sensitivity[..., [k]] * axis for k, axis in enumerate(self.axes))
         sensitivity = sum(errors, self.axes[2])
@@ -115,10 +117,14 @@ class Photodiode(Sensor):
         return int(self.includes_albedo)
 
     def auxiliary_vectors(self, environment: Environment) -> Floats:
-        """Return the albedo at each sample, as a vector that adds to the Sun direction. The vector
-        is zero without an albedo model.
+        """Return the albedo vector at each sample.
 
-        Returns ------- array, shape (n_steps + 1, 3, 1)
+        The vector adds to the Sun direction. It is zero without an albedo model.
+
+        Returns
+        -------
+        array, shape (n_steps + 1, 3, 1)
+            GCRS axes.
         """
         albedo, sun = environment.albedo, environment.sun
         return (np.zeros_like(sun) if albedo is None else albedo)[:, :, None]
@@ -133,9 +139,9 @@ class Photodiode(Sensor):
 
 
 def _select_front_light(cosine: Any) -> Any:
-    """Return 1 for a positive cosine, that is, for light from in front of the face, and 0
-    otherwise.
+    """Return 1 if light arrives in front of the face, and 0 otherwise.
 
-    The cosine may be an array, a symbol of the code generator or a `TaylorPolynomial`.
+    The cosine of the angle to the normal is positive for light from the front. The cosine may be an
+    array, a symbol of the code generator or a `TaylorPolynomial`.
     """
     return choose(cosine.value.T if hasattr(cosine, "value") else cosine, 0.0, 1.0, 0.0)

@@ -24,13 +24,13 @@ _ARCSEC_PER_DEG = 3600.0
 
 @dataclass(frozen=True)
 class StarTracker(Sensor):
-    """Star tracker, which measures the attitude. The noise is larger about the boresight than about
-    the cross axes.
+    """Star tracker that measures the attitude about all three axes.
 
-    The small-angle model is y = T (θ - μ) + w with attitude error θ, misalignment μ and noise w. T
-    rotates from body axes to the tracker's axes, whose z axis is the boresight. Measurements are in
-    body axes. The tracker measures below a maximum body rate, and while Sun, Moon and the Earth's
-    limb are outside of their exclusion angles from the boresight.
+    The noise is larger about the boresight than about the cross axes. The small-angle model is y =
+    T (θ - μ) + w with attitude error θ, misalignment μ and noise w. T rotates from body axes to the
+    tracker's axes, whose z axis is the boresight. Measurements are in body axes. The tracker
+    measures below a maximum body rate, and while Sun, Moon and the Earth's limb are outside of
+    their exclusion angles from the boresight.
 
     Examples
     --------
@@ -72,10 +72,10 @@ class StarTracker(Sensor):
 
     @cached_property
     def axes(self) -> Floats:
-        """Axes of the tracker as unit vectors in body axes, one per row, shape (3, 3). The last row
-        is the boresight.
+        """Axes of the star tracker as unit vectors in body axes, shape (3, 3).
 
-        The array is the matrix T from body axes to the tracker's axes.
+        The array has one axis per row. The last row is the boresight. The array is the matrix T
+        from body axes to the tracker's axes.
         """
         return build_frame(np.array(unit_vector(self.boresight)))
 
@@ -88,8 +88,10 @@ class StarTracker(Sensor):
         return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
     def predict_measurement(self, x: Any, v: Any) -> tuple[Any, ...]:
-        """Return the noise-free measured attitude, as a tuple of three unit vectors: the GCRS axes
-        in body axes, rotated by the misalignment.
+        """Return the noise-free attitude predicted by the nonlinear star tracker model.
+
+        The attitude is a tuple of three unit vectors: the GCRS axes in body axes, rotated by the
+        misalignment.
         """
         axes = tuple(map(x.to_body, np.eye(3)))
         if not hasattr(x, "misalignment"):
@@ -97,17 +99,17 @@ class StarTracker(Sensor):
         return tuple(rotate(x.misalignment, axis) for axis in axes)
 
     def add_noise(self, measurement: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
-        """Return a measured attitude, rotated by a noise rotation vector in the tracker's axes.
+        """Rotate a measured attitude by a noise rotation vector in the tracker's axes.
 
         The rotation is R(-Tᵀ noise), so that the `innovation` equals the noise.
         """
         return tuple(unrotate(noise @ self.axes, axis) for axis in measurement)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
-        """Return the rotation vector from the predicted to the measured attitude, in the tracker's
-        axes.
+        """Return the rotation vector from the predicted to the measured attitude.
 
-        The result is T y for the rotation R(-y) from the predicted to the measured axes.
+        The vector is in the tracker's axes. The result is T y for the rotation R(-y) from the
+        predicted to the measured axes.
         """
         pairs = list(zip(predicted, measured, strict=True))
         cosines, axis = sum(dot(p, m) for p, m in pairs), sum(cross(p, m) for p, m in pairs)

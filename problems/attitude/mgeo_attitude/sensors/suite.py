@@ -61,23 +61,26 @@ class Suite:
 
     @cached_property
     def error_sources(self) -> dict[str, ErrorSource]:
-        """Gyro, environment model errors and sensors, as a dict. The keys are the prefixes of block
-        names: ``gyro``, ``environment_errors`` and the name of each sensor.
+        """Gyro, environment model errors and sensors, keyed by their prefix in block names.
+
+        The prefixes are ``gyro``, ``environment_errors`` and the name of each sensor.
         """
         sensors = {sensor.name: sensor for sensor in self.sensors}
         return {"gyro": self.gyro, "environment_errors": self.environment_errors, **sensors}
 
     @cached_property
     def blocks(self) -> tuple[str, ...]:
-        """Names of the blocks of the error state, in order, such as ``attitude`` and ``gyro.bias``.
+        """Names of the blocks of the error state, such as ``attitude`` and ``gyro.bias``.
+
         Each block is a 3-vector.
         """
         return tuple(self.units)
 
     @cached_property
     def units(self) -> dict[str, Unit]:
-        """Display unit of each block of the error state, as a dict keyed by block name, in the
-        order of the error state. Scenario files use the same units.
+        """Display unit of each block, keyed by block name in the order of the error state.
+
+        Scenario files use the same units.
         """
         units = {
             f"{name}.{state}": unit
@@ -89,13 +92,12 @@ class Suite:
 
     @cached_property
     def block_slices(self) -> dict[str, slice]:
-        """Slice of the error state that contains each block, as a dict keyed by block name."""
+        """Slice of each block in the error state, keyed by block name."""
         return {block: slice(3 * i, 3 * i + 3) for i, block in enumerate(self.blocks)}
 
     @cached_property
     def states(self) -> dict[str, State]:
-        """Initial 1-sigma or Gauss-Markov process of each block of the error state, as a dict keyed
-        by block name.
+        """Initial 1-sigma or Gauss-Markov process of each block, keyed by block name.
 
         The attitude is left out, because its initial 1-sigma belongs to the scenario.
         """
@@ -112,21 +114,24 @@ class Suite:
 
     @property
     def n_kinematic(self) -> int:
-        """Number of error-state components for the attitude error and the gyro states, which come
-        first in the error state.
+        """Number of error-state components for the attitude error and the gyro states.
+
+        These components come first in the error state.
         """
         return 3 * (1 + len(self.gyro.states()))
 
     @property
     def n_dynamic(self) -> int:
-        """Number of error-state components with dynamics, which come first in the error state:
-        attitude error, gyro states and Gauss-Markov errors.
+        """Number of error-state components in the dynamics matrix.
+
+        These components come first in the error state. They are the attitude error, the gyro states
+        and the Gauss-Markov errors.
         """
         return self.n_kinematic + 3 * len(self.processes)
 
     @cached_property
     def processes(self) -> dict[str, GaussMarkov]:
-        """Gauss-Markov process of each time-varying error, as a dict keyed by block name.
+        """Gauss-Markov process of each time-varying error, keyed by block name.
 
         In the error state, these blocks follow those of attitude and gyro.
         """
@@ -134,36 +139,38 @@ class Suite:
 
     @cached_property
     def considered_blocks(self) -> tuple[str, ...]:
-        """Names of the blocks that the filter considers but does not estimate, as in a
-        Schmidt-Kalman filter.
+        """Names of the considered blocks, as in a Schmidt-Kalman filter.
+
+        The filter accounts for the uncertainty of these blocks but does not estimate them.
         """
         sources = self.error_sources.items()
         return tuple(f"{name}.{state}" for name, source in sources for state in source.considered)
 
     @cached_property
     def considered_indices(self) -> Ints:
-        """Indices of the error-state components that the filter considers but does not estimate."""
+        """Indices of the error-state components that are considered but not estimated."""
         return self._list_state_indices(self.considered_blocks)
 
     @cached_property
     def uncalibrated_blocks(self) -> frozenset[str]:
-        """Names of the blocks that a calibration cannot determine permanently: Gauss-Markov errors,
-        which vary with time, and considered blocks.
+        """Names of the blocks that a calibration cannot determine permanently.
+
+        These are the Gauss-Markov errors, which vary with time, and the considered blocks.
         """
         return frozenset((*self.processes, *self.considered_blocks))
 
     @cached_property
     def calibrated_indices(self) -> Ints:
-        """Indices of the error-state components that a calibration can determine permanently: all
-        except Gauss-Markov errors and considered blocks.
+        """Indices of the error-state components that a calibration can determine permanently.
+
+        Gauss-Markov errors and considered blocks are excluded.
         """
         return self._list_state_indices(
             [block for block in self.blocks if block not in self.uncalibrated_blocks]
         )
 
     def count_auxiliary_vectors(self, sensor: Sensor) -> int:
-        """Return the number of auxiliary vectors of a sensor. These are the vectors, apart from the
-        reference vector, on which its measurement depends.
+        """Return the number of vectors that a sensor needs besides its reference vector.
 
         See `compute_auxiliary_vectors`.
         """
@@ -171,8 +178,7 @@ class Suite:
         return sensor.n_auxiliary_vectors + orbit + len(sensor.latency_states())
 
     def compute_auxiliary_vectors(self, sensor: Sensor, environment: Environment) -> Floats:
-        """Return the auxiliary vectors of a sensor at each sample. These are the vectors, apart
-        from the reference vector, on which its measurement depends.
+        """Return the vectors that a sensor needs besides its reference vector, at each sample.
 
         The vectors are the columns of `Sensor.auxiliary_vectors`, then the derivatives with respect
         to the orbit error if it affects the sensor, and last, for a sensor with latency, the time
@@ -204,8 +210,7 @@ class Suite:
         return len(self.sensors) + sum(map(self.count_auxiliary_vectors, self.sensors))
 
     def find_auxiliary_rows(self, index: int) -> slice:
-        """Return the slice that selects the auxiliary vectors of one sensor from the array of the
-        vectors of all sensors.
+        """Return the slice of one sensor's auxiliary vectors in the array of all vectors.
 
         The array contains the reference vector of every sensor, then the auxiliary vectors, sensor
         by sensor.
@@ -219,8 +224,7 @@ class Suite:
         return slice(first, first + self.count_auxiliary_vectors(self.sensors[index]))
 
     def list_vector_indices(self, index: int) -> list[int]:
-        """Return the indices of the reference and auxiliary vectors of one sensor in the array of
-        the vectors of all sensors.
+        """Return the indices of one sensor's vectors in the array of all vectors.
 
         The index of the reference vector comes first.
         """
@@ -229,8 +233,9 @@ class Suite:
 
     @cached_property
     def sensitivities_by_key(self) -> dict[str, BiasSensitivity]:
-        """Bias sensitivities of the gyro and of all sensors, as a dict keyed by their path in a
-        scenario file, such as ``gyro.bias_sensitivities[0]``.
+        """Bias sensitivities of the gyro and all sensors, keyed by their path in a scenario file.
+
+        An example of a key is ``gyro.bias_sensitivities[0]``.
         """
         sources: dict[str, Gyro | Sensor] = {"gyro": self.gyro}
         sources |= {f"sensors[{i}]": sensor for i, sensor in enumerate(self.sensors)}
@@ -241,10 +246,9 @@ class Suite:
         }
 
     def find_sensitivity_columns(self, source: Gyro | Sensor) -> slice:
-        """Return the slice that selects the bias sensitivities of one gyro or sensor from an array
-        with one column per bias sensitivity of the suite.
+        """Return the slice of columns for the bias sensitivities of one gyro or sensor.
 
-        The result of `compute_channel_deviations` is such an array.
+        The columns are those of the array that `compute_channel_deviations` returns.
         """
         first = 0
         if isinstance(source, Sensor):
@@ -254,10 +258,10 @@ class Suite:
         return slice(first, first + len(source.bias_sensitivities))
 
     def compute_channel_deviations(self, channels: Mapping[str, Floats], n: int) -> Floats:
-        """Return the deviation of housekeeping channels from their reference values at every
-        sample, with one column per bias sensitivity.
+        """Return the deviations of housekeeping channels from their reference values.
 
-        The deviations for the gyro are means over the step before each sample.
+        The array has one row per sample and one column per bias sensitivity. The deviations for the
+        gyro are means over the step before each sample.
 
         Parameters
         ----------
@@ -280,8 +284,9 @@ class Suite:
 
     @cached_property
     def rotation_indices(self) -> tuple[int, ...]:
-        """Index of the first component of each error-state block that is a rotation vector. The
-        first block is the attitude error.
+        """Index of the first component of each rotation vector in the error state.
+
+        The first rotation vector is the attitude error.
         """
         sources: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
         indices = (
@@ -293,10 +298,10 @@ class Suite:
         return (0, *indices)
 
     def list_blocks(self, source: Gyro | Sensor) -> dict[str, str]:
-        """Return the blocks of the error state that affect a gyro or sensor, as a dict from the
-        name of a state, such as ``bias``, to the name of its block, such as ``sun.bias``.
+        """Return a dict that maps state names to the blocks that affect a gyro or sensor.
 
-        Blocks of environment model errors are included if they affect the sensor.
+        For a Sun sensor, for example, ``bias`` is mapped to ``sun.bias``. Blocks of environment
+        model errors are included if they affect the sensor.
         """
         if isinstance(source, Gyro):
             return {state: f"gyro.{state}" for state in source.states()}
@@ -305,8 +310,9 @@ class Suite:
         return {state: f"{source.name}.{state}" for state in source.states()} | shared
 
     def get_first_indices(self, source: Gyro | Sensor) -> dict[str, int]:
-        """Return the index of the first component of each block that affects a gyro or sensor, as a
-        dict keyed by the name of the state, such as ``bias``.
+        """Return the first index of each block that affects a gyro or sensor.
+
+        The dict is keyed by the name of the state, such as ``bias``.
         """
         return {state: self.block_slices[b].start for state, b in self.list_blocks(source).items()}
 
@@ -396,11 +402,10 @@ class Suite:
         return tuple(sensor.linearize_measurement(x, v))
 
     def apply_dynamics(self, error_state: Sequence[Any], omega: Vec3) -> list[Any]:
-        """Return the time derivatives of the attitude error and the gyro states, as a list of
-        `n_kinematic` components.
+        """Return the time derivatives of the attitude error and the gyro states.
 
-        This is equation (2) without noise. Numbers, arrays or symbols of the code generator are
-        possible.
+        The list has `n_kinematic` components. This is equation (2) without noise. Numbers, arrays
+        or symbols of the code generator are possible.
 
         Parameters
         ----------
@@ -416,7 +421,7 @@ class Suite:
         return [entry for state in ("theta", *errors) for entry in rates.get(state, ZERO_VECTOR)]
 
     def dynamics_matrix(self, omega: Floats, channel_deviations: Sequence[float] = ()) -> Floats:
-        """Return the dynamics matrix A of the error state x at a given body rate, for x' = A x.
+        """Return the dynamics matrix A in x' = A x for the error state x at a given body rate.
 
         Parameters
         ----------
@@ -450,8 +455,7 @@ class Suite:
         rate: Floats | None = None,
         channel_deviations: Sequence[Any] = (),
     ) -> Floats:
-        """Return the measurement matrix H of a sensor, with one column per component of the error
-        state.
+        """Return the measurement matrix H of a sensor for the complete error state.
 
         Parameters
         ----------
@@ -491,8 +495,7 @@ class Suite:
         return H
 
     def compute_noise_density(self) -> Floats:
-        """Return the power spectral density of the white noise that drives each dynamic error-state
-        component.
+        """Return the power spectral density of the process noise for each dynamic component.
 
         Returns
         -------
@@ -506,8 +509,9 @@ class Suite:
 
     @property
     def gyro_sensitivity_slices(self) -> tuple[slice, ...]:
-        """Slices of the error state that contain the coefficients of the gyro's bias sensitivities,
-        one slice per sensitivity.
+        """Slices of the gyro's bias-sensitivity coefficients in the error state.
+
+        There is one slice per sensitivity.
         """
         return tuple(
             self.block_slices[f"gyro.{each.state_name}"] for each in self.gyro.bias_sensitivities
@@ -522,8 +526,9 @@ class Suite:
 
 
 def list_units(source: ErrorSource) -> dict[str, Unit]:
-    """Return the display unit of each error state of a gyro, a sensor or the environment models, as
-    a dict keyed by the name of the state.
+    """Return the display unit of each error state, as a dict keyed by state name.
+
+    `source` is a gyro, a sensor or the environment model errors.
     """
     units = {state: source.units.get(state, DIMENSIONLESS) for state in source.states()}
     if not isinstance(source, EnvironmentErrors):
@@ -534,7 +539,7 @@ def list_units(source: ErrorSource) -> dict[str, Unit]:
 
 
 class BlockUnit(NamedTuple):
-    """Display name and display unit of a block of the error state.
+    """Display name and unit of a block of the error state.
 
     Attributes
     ----------

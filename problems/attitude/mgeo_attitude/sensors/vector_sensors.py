@@ -38,7 +38,7 @@ from mgeo_attitude.settings.types import (
 
 
 class VectorSensor(Sensor):
-    """Base class of sensors that measure the three components of a reference vector in body axes.
+    """Base class for sensors that measure all three components of a vector in body axes.
 
     The linear model is y = [v×]θ - [v×]μ + b (equation 2) with reference vector v, attitude error
     θ, misalignment μ and bias b. Misalignment and bias are optional error states, present if
@@ -63,8 +63,7 @@ class VectorSensor(Sensor):
 
 
 def apply_orbit_error(x: Any, v: Any) -> Any:
-    """Return the reference vector in body axes with the effect of the orbit error added, to first
-    order.
+    """Add the first-order effect of the orbit error to a reference vector in body axes.
 
     Parameters
     ----------
@@ -82,8 +81,7 @@ def apply_orbit_error(x: Any, v: Any) -> Any:
 
 @dataclass(frozen=True)
 class SunSensor(VectorSensor):
-    """Sun sensor that measures the three components of the Sun vector in body axes, except in
-    eclipse.
+    """Sun sensor that measures the Sun vector in body axes, except in eclipse.
 
     The linear model is y_s = [s×]θ - [s×]φ + δs + w_s (equation 2) with Sun vector s, attitude
     error θ, misalignment φ, bias δs and noise w_s. Albedo adds to the vector of a coarse sensor;
@@ -205,8 +203,7 @@ class Magnetometer(VectorSensor):
         return y
 
     def predict_measurement(self, x: Any, v: Any) -> Any:
-        """Return the noise-free field that the nonlinear magnetometer model predicts for given
-        error states and a reference field.
+        """Return the noise-free field predicted by the nonlinear magnetometer model.
 
         B_m = R(ψ) (B + k ∘ B + N(η) B) + δB with B = C (B_model + e + G r). C is the attitude, e
         the field model error, G the `position_gradient` of the field and r the orbit error. I +

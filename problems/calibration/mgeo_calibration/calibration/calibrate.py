@@ -369,7 +369,7 @@ def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
         declared = sensor.noise_sigmas()
         is_noisier = noise[: len(declared)] ** 2 >= (1.0 + MIN_VARIANCE_RATIO) * np.square(declared)
-        quantization[sensor.name] = is_noisier, sensor.telemetry_unit.text
+        quantization[sensor.name] = is_noisier, sensor.telemetry_unit.text.removeprefix("-")
     notes = [
         f"{name} is quantized in steps of {step:.3g} {unit}".rstrip() + ", which add to its noise"
         for name, (is_relevant, unit) in quantization.items()
@@ -380,7 +380,7 @@ def _describe_readings(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     if sizes.any():
         notes.append(
             f"gyro: {np.count_nonzero(sizes)} of {len(at)} samples differ from both neighbors, by "
-            f"{sizes.max():.3g} deg/s at {at[sizes.argmax()]:.6f} s. The mean of the neighbors "
+            f"{sizes.max():.3g} deg/s at {at[sizes.argmax()]:.6g} s. The mean of the neighbors "
             "replaces each of them, with the difference as its 1-sigma"
         )
     return tuple(notes)

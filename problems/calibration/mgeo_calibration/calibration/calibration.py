@@ -13,6 +13,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.geometry.quaternion import quaternions_from_matrices
 from mgeo_attitude.scenario.continuation import CONSISTENT
+from mgeo_attitude.scenario.criteria import RequiredSigma
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite
 
@@ -28,7 +29,7 @@ from mgeo_calibration.calibration.corrections import (
     compute_corrections,
     convert_block,
     convert_to_si,
-    list_telemetry_units,
+    format_label,
 )
 from mgeo_calibration.calibration.model_tests import ModelTest, compute_variance_ratio
 from mgeo_calibration.estimation.residuals import History
@@ -84,11 +85,11 @@ class Calibration:
     >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
     >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
     >>> calibration = calibrate(scenario, simulate_telemetry(scenario, design, seed=1))
-    >>> calibration.build_table()[["block", "estimate", "sigma"]].head(3).round(4)
-           block  estimate   sigma
-    0  gyro.bias   -0.0136  0.0006
-    1  gyro.bias    0.0095  0.0004
-    2  gyro.bias    0.0040  0.0005
+    >>> calibration.build_table()[["block", "unit", "estimate", "sigma"]].head(3).round(1)
+           block   unit  estimate  sigma
+    0  gyro.bias  deg/h     -49.0    2.1
+    1  gyro.bias  deg/h      34.3    1.3
+    2  gyro.bias  deg/h      14.3    1.8
     """
 
     scenario: Scenario
@@ -127,20 +128,44 @@ class Calibration:
         axis.
 
         Columns: ``block``, ``axis``, ``unit``, ``estimate``, ``sigma`` (1-sigma of the estimate)
-        and ``prior_sigma``. Varying parameters are given at the last sample. The gyro bias is in
-        deg/s, other biases in the unit of the readings; misalignments are rotation vectors in deg.
+        and ``prior_sigma``. Varying parameters are given at the last sample. Units are those of
+        `Suite.units`, in which plans are shown, too; misalignments are rotation vectors.
         """
         scenario_prior, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
         prior = self.suite.initial_sigma(0.0) if scenario_prior is None else scenario_prior.sigma
         rows = []
-        for number, (block, unit) in enumerate(list_telemetry_units(self.suite).items(), start=1):
-            values = convert_block(self.suite, self.states, block)
+        for number, block in enumerate(self.suite.blocks[1:], start=1):
+            values, unit = convert_block(self.suite, self.states, block), self.suite.units[block]
             for i, axis in enumerate("xyz"):
                 k = 3 * number + i
                 sigmas = (sigma[k] * unit.factor, prior[k] * unit.factor)
                 rows.append((block, axis, unit.text, float(values[i]), *map(float, sigmas)))
         columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
         return pd.DataFrame(rows, columns=columns)
+
+    def build_requirement_table(self) -> pd.DataFrame:
+        """Return the required 1-sigmas of the scenario as a table with one row per requirement,
+        indexed by block. The table is empty if the scenario requires none.
+
+        Columns: ``unit`` as in `build_table`; ``required`` and ``achieved`` 1-sigma, the latter of
+        the worst axis at the last sample; and ``satisfied``. No requirement is satisfied by an
+        inconsistent calibration, because its 1-sigmas are not valid.
+        """
+        units = self.suite.units
+        achieved = np.sqrt(np.diag(self.covariance)).reshape(-1, 3).max(axis=1)
+        required = RequiredSigma(self.scenario.required_sigma).list_sigmas(units)
+        rows = {
+            block: (
+                unit.text,
+                bound * unit.factor,
+                float(sigma) * unit.factor,
+                self.is_consistent and bool(sigma <= bound),
+            )
+            for (block, unit), bound, sigma in zip(units.items(), required, achieved, strict=True)
+            if bound < np.inf
+        }
+        columns = ["unit", "required", "achieved", "satisfied"]
+        return pd.DataFrame(list(rows.values()), pd.Index(list(rows), name="block"), columns)
 
     def compute_corrections(self) -> dict[str, Any]:
         """Return the parameters with which the satellite corrects raw readings, as a nested dict:
@@ -165,7 +190,7 @@ class Calibration:
         with the group of the largest chi-square. Failed innovation tests come last, because an
         unmodeled error also affects the innovations of healthy sensors.
         """
-        data_failures = [Failure("telemetry", fault) for fault in self.data_faults]
+        data_failures = [Failure("telemetry faults", fault) for fault in self.data_faults]
         innovation_failures = [failure for test in self.tests for failure in test.list_failures()]
         # Chi-squares of model tests are divided by the variance ratio.
         variance_ratio = compute_variance_ratio(self.tests)
@@ -235,7 +260,7 @@ class Calibration:
         """
         rows: dict[str, tuple[str, float, str, float, bool]] = {}
         if self.data_faults:
-            rows["telemetry"] = "faults", float(len(self.data_faults)), "at most", 0.0, False
+            rows["telemetry faults"] = "number", float(len(self.data_faults)), "at most", 0.0, False
         for test in self.tests:
             name = test.sensor
             rows[f"noise of {name}"] = (
@@ -262,7 +287,7 @@ class Calibration:
         if self.prior_tests:
             prior = min(self.prior_tests, key=lambda test: test.p)
             rows["prior"] = (
-                f"p ({prior.block})",
+                f"p of {format_label(prior.block)}",
                 prior.p,
                 "at least",
                 prior.significance_level,
@@ -279,7 +304,7 @@ class Calibration:
                 possible, key=lambda test: (not test.is_selected, test.p / test.significance_level)
             )
             rows["unmodeled errors"] = (
-                f"p ({model.name})",
+                f"p of {format_label(model.name)}",
                 model.p,
                 "at least",
                 model.significance_level,
@@ -318,7 +343,9 @@ class Calibration:
                 )
         for test in self.model_tests:
             if not test.degrees_of_freedom:
-                reasons[test.name] = f"not in the scenario, {test.description}"
+                reasons[test.name] = (
+                    f"not tested as an unmodeled error, because it is {test.description}"
+                )
         tested = {test.sensor for test in self.tests}
         for sensor in self.scenario.sensors:
             if sensor.name not in tested:
@@ -429,10 +456,10 @@ class Calibration:
         Returns
         -------
         DataFrame
-            Columns: ``unit`` of telemetry, ``predicted``, ``achieved``, and ``ratio`` of achieved
-            to predicted. The prediction is the linear covariance of the plan at the last sample, or
-            at the end of the plan's scenario if that is earlier; ``attrs["time_s"]`` is the time.
-            ``attrs["motion"]`` describes the simulated motion where it is ambiguous.
+            Columns: ``unit`` as in `build_table`, ``predicted``, ``achieved``, and ``ratio`` of
+            achieved to predicted. The prediction is the linear covariance of the plan at the last
+            sample, or at the end of the plan's scenario if that is earlier; ``attrs["time_s"]`` is
+            the time. ``attrs["is_nominal"]`` is true if Monte Carlo runs of the plan differ.
 
         Raises
         ------
@@ -456,8 +483,7 @@ class Calibration:
             )
         history = run_filter(model.full_duration_model, plan.trajectory.commanded_design)
         k = int(np.argmin(np.abs(history.times - self.time)))
-        units = {"attitude": suite.units["attitude"], **list_telemetry_units(suite)}
-        each = [units[block] for block in suite.blocks for _ in "xyz"]
+        each = [unit for unit in suite.units.values() for _ in "xyz"]
         factors = np.array([unit.factor for unit in each])
         predicted = history.sigma[k] * factors
         achieved = np.sqrt(np.diag(self.covariance)) * factors
@@ -472,7 +498,7 @@ class Calibration:
         )
         result.attrs |= {
             "time_s": float(history.times[k]),
-            "motion": format_nominal_suffix(plan.scenario),
+            "is_nominal": bool(format_nominal_suffix(plan.scenario)),
         }
         return result
 
@@ -484,9 +510,7 @@ class Calibration:
 
         names, prior = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
         states = np.zeros_like(self.states) if prior is None else prior.estimates
-        prior_values = [
-            convert_block(self.suite, states, block) for block in list_telemetry_units(self.suite)
-        ]
+        prior_values = [convert_block(self.suite, states, block) for block in self.suite.blocks[1:]]
         return draw_calibration_figures(
             self.build_table(), np.concatenate(prior_values), names, self.history
         )

@@ -31,7 +31,7 @@ MAX_OUTLIER_FRACTION = 0.05
 #: reported as too large.
 _MIN_RMS_RATIO = 0.5
 #: Block name of the test of all states together.
-ALL_STATES = "all"
+ALL_STATES = "all parameters"
 
 
 @dataclass(frozen=True)
@@ -197,14 +197,13 @@ class SensorTest:
         """
         if self.nis >= self.nis_low or self.has_negative_correlation:
             return []
-        less = float(np.sqrt(self.nis))
-        is_angle = self.unit == "-"  # The noise of a unit vector is an angle.
-        unit, declared = (
-            ("deg", np.degrees(self.rms_noise)) if is_angle else (self.unit, self.rms_noise)
+        declared, measured = (
+            f"{noise:.3g} {self.unit.removeprefix('-')}".rstrip()
+            for noise in (self.rms_noise, float(np.sqrt(self.nis)) * self.rms_noise)
         )
         return [
-            f"{self.sensor}: the declared noise of {declared:.3g} {unit} is larger than the "
-            f"measured noise of {less * declared:.3g} {unit}, and all 1-sigmas are too large"
+            f"{self.sensor}: the declared noise of {declared} is larger than the measured noise of "
+            f"{measured}, so that all 1-sigmas are too large"
         ]
 
 

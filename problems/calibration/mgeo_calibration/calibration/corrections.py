@@ -1,4 +1,4 @@
-"""Correction parameters for the satellite and telemetry units of estimated states."""
+"""Correction parameters for the satellite, and units of estimated states."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from mgeo_attitude.sensors.error_models import BiasSensitivity
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.suite import Suite
-from mgeo_attitude.settings.types import DEG, Unit
+from mgeo_attitude.settings.types import DEG, DIMENSIONLESS, Unit
 from scipy.spatial.transform import Rotation
 
 #: Unit of gyro rates in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
-#: SI unit of each telemetry unit, and the factor that converts a value to it.
+#: SI unit of each unit for display, and the factor that converts a value to it.
 _SI_UNITS = {
     "deg": ("rad", float(np.radians(1.0))),
     "arcmin": ("rad", float(np.radians(1.0 / 60.0))),
-    "deg/s": ("rad/s", float(np.radians(1.0))),
+    "deg/h": ("rad/s", float(np.radians(1.0 / 3600.0))),
     "nT": ("T", 1e-9),
     "ppm": ("-", 1e-6),
     "m": ("m", 1.0),
@@ -113,27 +113,11 @@ def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
 
 
 def find_innovation_unit(sensor: Sensor) -> Unit:
-    """Return the unit in which the innovations of a sensor are reported: the unit of its readings,
-    or degrees for a star tracker.
+    """Return the unit in which the innovations of a sensor are reported: degrees for a sensor that
+    measures a direction or an attitude, otherwise the unit of its readings.
     """
-    return DEG if len(sensor.telemetry_suffixes) == 4 else sensor.telemetry_unit
-
-
-def list_telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Return the telemetry unit of each state block except the attitude, as a dict by
-    block name.
-    """
-    units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
-    biases: dict[str, Unit] = {}
-    owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
-    for owner in owners:
-        name, unit = getattr(owner, "name", "gyro"), find_bias_unit(owner)
-        biases[f"{name}.bias"] = unit
-        biases |= {
-            f"{name}.{each.state_name}": each.coefficient_unit(find_error_unit(owner, each))
-            for each in owner.bias_sensitivities
-        }
-    return {block: biases.get(block, unit) for block, unit in units.items()}
+    is_scalar, unit = len(sensor.telemetry_suffixes) == 1, sensor.telemetry_unit
+    return DEG if unit == DIMENSIONLESS and not is_scalar else unit
 
 
 def format_label(name: str) -> str:
@@ -144,7 +128,7 @@ def format_label(name: str) -> str:
 
 
 def convert_to_si(unit: str) -> tuple[str, float]:
-    """Return the SI unit of a telemetry unit such as ``deg/s``, and the factor of the conversion.
+    """Return the SI unit of a unit for display such as ``deg/h``, and the factor of the conversion.
 
     The denominator of a bias sensitivity, such as ``degC`` in ``nT per degC``, stays.
     """
@@ -154,11 +138,11 @@ def convert_to_si(unit: str) -> tuple[str, float]:
 
 
 def convert_block(suite: Suite, states: Floats, block: str) -> Floats:
-    """Return the three components of a state block in its telemetry unit, with rotations as
+    """Return the three components of a state block in its unit for display, with rotations as
     rotation vectors.
     """
     first = 3 * suite.blocks.index(block)
     values = states[first : first + 3]
     if first in suite.rotation_indices:
         values = Rotation.from_matrix(rotation_matrix(values)).as_rotvec()
-    return values * list_telemetry_units(suite)[block].factor
+    return values * suite.units[block].factor

@@ -16,6 +16,7 @@ from mgeo_attitude.plan.documents import DocumentFormat, read_document, serializ
 from mgeo_attitude.scenario.prior import read_prior
 from mgeo_attitude.scenario.scenario import Scenario
 
+from mgeo.plugins.review import build_records
 from mgeo.validation.entries import get_entry
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.consistency_tests import PriorTest, SensorTest
@@ -77,13 +78,16 @@ def _collect_keys(calibration: Calibration) -> dict[str, Any]:
 
 
 def summarize(calibration: Calibration) -> dict[str, Any]:
-    """Return the derived keys of a calibration document: the verdict, parameters and tests."""
+    """Return the derived keys of a calibration document: the verdict, requirements,
+    parameters and tests.
+    """
     return {
         "conclusion": calibration.conclusion,
         "is_consistent": calibration.is_consistent,
         "failures": [vars(failure) for failure in calibration.failures],
         "utc": calibration.utc,
         "attitude_1sigma_deg": calibration.attitude_sigma_deg,
+        "requirements": build_records(calibration.build_requirement_table()),
         "parameters": calibration.build_parameters(),
         "corrections": calibration.compute_corrections(),
         "tests": calibration.build_test_table().reset_index().to_dict("records"),

@@ -13,8 +13,8 @@ from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.error_models import expand_per_axis
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.vector_sensors import Magnetometer
+from mgeo_attitude.settings.types import DEG_H, DIMENSIONLESS
 
-from mgeo_calibration.calibration.corrections import find_innovation_unit
 from mgeo_calibration.estimation import model_errors
 from mgeo_calibration.estimation.batch import RATE_MAGNITUDES, Batch
 from mgeo_calibration.estimation.residuals import Innovations
@@ -181,7 +181,8 @@ def _list_gyro_hypotheses(
 ) -> Iterator[Hypothesis]:
     gyro, batch = solution.batch.suite.gyro, solution.batch
     times, durations = batch.times, batch.durations
-    duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
+    duration = float(times[-1] - times[0])
+    size = DEG_H.factor * math.radians(gyro.initial_bias_deg_s)
 
     def describe_decay(score: Score) -> str:
         result, sigma = score.estimate[0] / duration, score.sigma[0] / duration
@@ -194,10 +195,10 @@ def _list_gyro_hypotheses(
 
     def describe_drift(score: Score) -> str:
         by = size * _compute_range(_DRIFT_PROFILES, score)
-        walk = math.radians(by) / math.sqrt(duration)
+        walk = by / DEG_H.factor / math.sqrt(duration)
         return (
-            f"gyro.bias drifts by {by:.2g} deg/s, as with a random walk of about {walk:.1g}, "
-            f"declared {max(gyro.effective_rate_random_walk):g} rad/s^1.5"
+            f"gyro.bias drifts by {_format_size(by)} deg/h, as with a random walk of about "
+            f"{walk:.1g} rad/s^1.5, declared {max(gyro.effective_rate_random_walk):g} rad/s^1.5"
         )
 
     def describe_noise(score: Score) -> str:
@@ -208,7 +209,7 @@ def _list_gyro_hypotheses(
 
     drift_error, steps = (
         model_errors.build_bias_drift_error(solution),
-        partial(_format_step, "gyro.bias", size, "deg/s", times),
+        partial(_format_step, "gyro.bias", size, DEG_H.text, times),
     )
     noise, decay = (
         (model_errors.build_gyro_noise_error(solution),),
@@ -264,7 +265,7 @@ def _list_gyro_hypotheses(
     for column, channel in channels.items():
         model_error = model_errors.build_gyro_channel_error(solution, _scale_channel(channel))
         yield _build_channel_hypothesis(
-            "gyro", gyro, "bias", (column, channel), model_error, (size, "deg/s")
+            "gyro", gyro, "bias", (column, channel), model_error, (size, DEG_H.text)
         )
 
 
@@ -272,7 +273,8 @@ def _list_sensor_hypotheses(
     solution: Solution, index: int, latency: ModelError, channels: Mapping[str, Floats]
 ) -> Iterator[Hypothesis]:
     times, sensor = solution.batch.times, solution.batch.suite.sensors[index]
-    name, states, unit = sensor.name, sensor.states(), find_innovation_unit(sensor)
+    name, states = sensor.name, sensor.states()
+    unit = sensor.units.get(sensor.offset_state, DIMENSIONLESS)
     shown_unit = unit.text.removeprefix("-")
     size = model_errors.LARGE_OFFSET * float(np.max(sensor.noise_sigmas())) * unit.factor
     offset, drift_error = (

@@ -9,7 +9,11 @@ from markupsafe import Markup
 from mgeo.figures.page import render_report_page, render_section
 from mgeo.plugins.review import Section
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.sections import build_detail_sections, build_summary_sections
+from mgeo_calibration.calibration.sections import (
+    build_detail_sections,
+    build_summary_sections,
+    describe_requirements,
+)
 
 
 def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None) -> str:
@@ -25,7 +29,9 @@ def build_report(calibration: Calibration, predicted: pd.DataFrame | None = None
     first, *summary = build_summary_sections(calibration, predicted)
     figures = calibration.draw_figures()
     parts: list[str | go.Figure] = [
-        Markup("<h1>{}</h1><p><strong>{}</strong></p>").format(title, calibration.conclusion),
+        Markup("<h1>{}</h1><p><strong>{} {}</strong></p>").format(
+            title, calibration.conclusion, describe_requirements(calibration)
+        ),
         Markup(
             "<p>Estimates at {} UTC. Attitude accuracy: {:.2g} deg (1-sigma, worst body axis).</p>"
         ).format(calibration.utc[:19], calibration.attitude_sigma_deg),

@@ -7,28 +7,27 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from mgeo_attitude.sensors.photodiode import Photodiode
 
-from mgeo._text import format_two_digits
+from mgeo._text import format_duration, format_two_digits
 from mgeo.plugins.review import Section
 from mgeo_calibration.calibration.calibration import Calibration
-from mgeo_calibration.calibration.consistency_tests import ALL_STATES, SIGNIFICANCE
+from mgeo_calibration.calibration.consistency_tests import SIGNIFICANCE
 from mgeo_calibration.calibration.corrections import format_label
 from mgeo_calibration.calibration.recalibration import compare_calibrations, describe_noise
 
 #: Largest number of outliers in a table. The JSON file contains all outliers.
-MAX_OUTLIERS = 100
+_MAX_OUTLIERS = 20
 #: Number of decimals beyond which a value is shown with an exponent.
 _MAX_DECIMALS = 6
 #: Largest number of sensors of which the first page shows every test.
 _MAX_SENSORS = 3
-#: Meaning of the tests.
-_TEST_NOTE = (
-    "Noise: normalized innovations squared (NIS), 1 if readings scatter as declared. Whiteness: "
-    "correlation of successive innovations, 0 if the model omits no time-varying error. Prior: "
-    "smallest p-value of the estimates, given the initial 1-sigmas. Unmodeled errors: p-value of "
-    "the most significant error that the scenario omits. Correct telemetry fails at least one of "
-    f"the tests with a probability of {100.0 * SIGNIFICANCE:.0f} %."
-)
+#: Formats of the test statistics; p-values have two significant digits.
+_STATISTIC_FORMATS = {
+    "NIS per component": "{:.3f}",
+    "autocorrelation": "{:.3f}",
+    "share [%]": "{:.1f}",
+}
 
 
 def build_summary_sections(
@@ -44,33 +43,34 @@ def build_summary_sections(
     """
     table = calibration.build_table()
     table = table[~table["block"].isin(calibration.suite.uncalibrated_blocks)]
+    valid = "" if calibration.is_consistent else ", not to be used"
+    notes = ["1-sigma and initial 1-sigma: worst axis, after and before the calibration."]
+    if not valid:
+        notes += _describe_corrections(calibration)
     sections = [
         Section(
-            "Calibration parameters"
-            if calibration.is_consistent
-            else "Calibration parameters, not to be used",
+            f"Calibration parameters{valid}",
             table=_build_parameter_table(table),
-            note="\n".join(
-                [
-                    "1-sigma and initial 1-sigma: worst axis of each parameter.",
-                    *_describe_corrections(calibration),
-                ]
-            ),
-        )
+            note="\n".join(notes),
+        ),
+        *_build_requirement_sections(calibration),
     ]
     if predicted is not None:
         sections.append(build_prediction_section(predicted, by_axis=False))
     tests = calibration.build_test_table()
     selected = _select_tests(tests) if len(calibration.tests) > _MAX_SENSORS else tests
-    title = "Tests" if selected is tests else "Tests, those of the worst sensors"
-    sections.append(Section(title, table=_format_tests(selected), note=_TEST_NOTE))
+    title = (
+        "Tests" if selected is tests else "Tests; of each kind, the sensor closest to its threshold"
+    )
+    note = _describe_tests(calibration)
+    sections.append(Section(title, table=_format_tests(selected), note=note))
     failures = calibration.failures
     findings = {
         "Other causes that cannot be distinguished from the likely cause": [
             text for failure in failures[:1] for text in failure.list_alternatives()
         ],
-        "Further findings, which may have the same cause": [
-            failure.summary for failure in failures[1:]
+        "Other failed tests, often with the same cause": [
+            ": ".join(filter(None, (failure.cause, failure.action))) for failure in failures[1:]
         ],
     }
     for title, texts in findings.items():
@@ -81,7 +81,7 @@ def build_summary_sections(
         for name, reason in reasons.items():
             names_by_reason.setdefault(reason, []).append(format_label(name))
         lines = [f"- {', '.join(names)}: {reason}." for reason, names in names_by_reason.items()]
-        sections.append(Section("Not calibrated", lines=tuple(lines)))
+        sections.append(Section("Not calibrated or not tested", lines=tuple(lines)))
     if calibration.notes:
         sections.append(Section("Notes", lines=tuple(f"- {note}." for note in calibration.notes)))
     return sections
@@ -108,8 +108,8 @@ def build_detail_sections(
         Section(
             "Residuals of the readings",
             table=_build_residual_table(calibration),
-            note="rms per component, before and after the correction with the calibration "
-            "parameters",
+            note="Root mean square (rms) per component: noise of the scenario, and residuals "
+            "before and after the correction with the calibration parameters.",
         ),
     ]
     if len(calibration.tests) > _MAX_SENSORS:
@@ -122,7 +122,8 @@ def build_detail_sections(
             Section(
                 "Agreement of the estimates with their prior",
                 table=_build_prior_table(calibration),
-                note="distance: largest difference from the prior in initial 1-sigmas",
+                note="Distance: largest difference from the prior of an axis, in initial 1-sigmas. "
+                "A test is passed if p is at least min p.",
             )
         )
     if calibration.model_tests:
@@ -132,10 +133,12 @@ def build_detail_sections(
                 table=_build_model_table(calibration),
                 note="\n".join(
                     [
-                        "An error is found if p is below the bound and no other error explains the "
-                        "data better. Estimates if the error existed:",
+                        "An error is found if p is below min p and no other error explains the "
+                        "data better. Chi-squares are divided by the ratio of the actual to the "
+                        "declared variance of the readings. Estimate of each error, if it were the "
+                        "only one:",
                         *(
-                            f"- {test.name}: {test.description}"
+                            f"- {test.description}"
                             + (f"; {test.alternatives}." if test.alternatives else ".")
                             for test in calibration.model_tests
                             if test.degrees_of_freedom
@@ -146,10 +149,17 @@ def build_detail_sections(
         )
     outliers = calibration.build_outlier_table()
     if len(outliers):
-        more = f", the first {MAX_OUTLIERS}" if len(outliers) > MAX_OUTLIERS else ""
+        more = f", the first {_MAX_OUTLIERS}" if len(outliers) > _MAX_OUTLIERS else ""
         titles = {"time_s": "time [s]", "chi_square": "chi-square"}
-        table = outliers[:MAX_OUTLIERS].rename(columns=titles)
-        sections.append(Section(f"{len(outliers)} rejected readings{more}", table=table))
+        sections.append(
+            Section(
+                f"{len(outliers)} rejected readings{more}",
+                table=outliers[:_MAX_OUTLIERS].rename(columns=titles),
+                note="Chi-square: squared difference between the reading and its prediction from "
+                "all other readings, divided by its variance. Valid readings have about the number "
+                "of their components.",
+            )
+        )
     return sections
 
 
@@ -173,13 +183,14 @@ def build_prediction_section(predicted: pd.DataFrame, *, by_axis: bool) -> Secti
             "unit": table["unit"],
             "predicted": table["predicted"].map(format_two_digits),
             "achieved": table["achieved"].map(format_two_digits),
-            "ratio": table["ratio"].map("{:.2f}".format),
+            "achieved / predicted": table["ratio"].map("{:.2f}".format),
         }
     )
     shown = shown.rename(format_label).rename_axis("quantity")
+    run = " in its nominal run" if predicted.attrs["is_nominal"] else ""
     note = (
-        f"Predicted: by the plan{predicted.attrs['motion']}, {predicted.attrs['time_s']:.6g} s "
-        "after the epoch. Achieved: by the filter with the telemetry. Ratio: achieved / predicted."
+        f"Predicted: by the plan{run}, for {format_duration(predicted.attrs['time_s'])} after the "
+        "epoch. Achieved: by this calibration."
     )
     return Section(title, table=shown, note=note)
 
@@ -198,14 +209,17 @@ def build_recalibration_section(first: Calibration, second: Calibration) -> Sect
                 "" if np.isnan(old) else format_with_decimals(old, sigma),
                 format_with_decimals(row["estimate"], sigma),
                 format_two_digits(sigma),
-                f"{row['change / sigma [-]']:.2f}",
+                f"{row['change / sigma [-]']:.1f}",
             )
         )
     columns = ["parameter", "unit", "first estimate", "repeated estimate", "1-sigma"]
     return Section(
         "Comparison of the repeated calibration with the first calibration",
         table=pd.DataFrame(rows, columns=[*columns, "change [1-sigma]"]),
-        lines=(f"Noise: {describe_noise(second)}.", f"First calibration: {first.conclusion}"),
+        lines=(
+            f"First calibration: {first.conclusion}",
+            f"Sensor noise in the repeated calibration: {describe_noise(second)}.",
+        ),
     )
 
 
@@ -215,10 +229,6 @@ def format_with_decimals(value: float, sigma: float) -> str:
     if decimals > _MAX_DECIMALS:
         return f"{value:.2e}"
     return f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}"  # No minus sign at zero.
-
-
-def _format_bound(bound: float) -> str:
-    return f"{bound:.3g}" if bound >= 0.01 else f"{bound:.2g}"
 
 
 def _format_row(row: dict[Any, Any]) -> tuple[str, str, str]:
@@ -238,24 +248,72 @@ def _build_parameter_table(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
-    """Return the equations that correct readings with the estimated parameters."""
+    """Return the equations that correct readings with the estimated parameters, and where to find
+    the numbers for the satellite.
+    """
     blocks = calibration.suite.blocks
     states = {state for owner, _, state in (b.partition(".") for b in blocks) if owner != "gyro"}
     lines = ["Corrected rate = reported rate - gyro bias."] if "gyro.bias" in blocks else []
-    errors = [name for name in ("scale_factor", "nonorthogonality") if name in states]
-    stretch = " + ".join(["I", *(name.replace("_", " ") for name in errors)])
-    factors = [f"({stretch})⁻¹"] if errors else []
-    factors += ["Rᵀ"] if "misalignment" in states else []
     reading = "(reading - bias)" if "bias" in states else "reading"
-    if factors or "bias" in states:
-        where = (
-            "; R = exp[misalignment ×] (a rotation vector) transforms body to sensor axes"
-            if "misalignment" in states
-            else ""
+    if {"scale_factor", "nonorthogonality"} & states:
+        lines.append(
+            f"Corrected vector in body axes = C {reading}, with the matrix C of the sensor's "
+            "misalignment, scale factors and nonorthogonality."
         )
-        lines.append(f"Corrected vector in body axes = {' '.join([*factors, reading])}{where}.")
-        lines.append('The matrices of each sensor are under "corrections" in calibration.json.')
+    elif "misalignment" in states:
+        lines.append(
+            f"Corrected vector in body axes = Rᵀ {reading}. R transforms vectors from body to "
+            "sensor axes; the misalignment is its rotation vector."
+        )
+    elif "bias" in states:
+        lines.append(f"Corrected vector = {reading}.")
+    if any(isinstance(sensor, Photodiode) for sensor in calibration.scenario.sensors):
+        lines.append(
+            "Sensitivity of a photodiode: relative error of its gain (z), and tilt of its normal "
+            "(x, y) [rad]."
+        )
+    lines.append(
+        'For the satellite: "corrections" in calibration.json, with the matrices and with biases '
+        "in the units of the readings."
+    )
     return tuple(lines)
+
+
+def describe_requirements(calibration: Calibration) -> str:
+    """Return a sentence that says whether a consistent calibration satisfies the required 1-sigmas
+    of its scenario, or an empty string without requirements.
+    """
+    table = calibration.build_requirement_table()
+    if table.empty or not calibration.is_consistent:
+        return ""
+    violated = table[~table["satisfied"]]
+    if violated.empty:
+        return "All required 1-sigmas are satisfied."
+    names, verb = (
+        ", ".join(map(format_label, violated.index)),
+        "is" if len(violated) == 1 else "are",
+    )
+    return (
+        f"{len(violated)} of {len(table)} required 1-sigmas {verb} violated: {names}. Plan further "
+        "maneuvers."
+    )
+
+
+def _build_requirement_sections(calibration: Calibration) -> list[Section]:
+    table = calibration.build_requirement_table()
+    if table.empty:
+        return []
+    results = {True: "satisfied", False: "VIOLATED"}
+    shown = pd.DataFrame(
+        {
+            "unit": table["unit"],
+            "required": table["required"].map("{:.3g}".format),
+            "achieved": table["achieved"].map(format_two_digits),
+            "result": table["satisfied"].map(results) if calibration.is_consistent else "not valid",
+        }
+    )
+    shown = shown.rename(format_label).rename_axis("quantity")
+    return [Section("Required 1-sigma, worst axis", table=shown)]
 
 
 def _select_tests(table: pd.DataFrame) -> pd.DataFrame:
@@ -265,13 +323,31 @@ def _select_tests(table: pd.DataFrame) -> pd.DataFrame:
     return table[~table["is_passed"] | table.index.isin(closest)]
 
 
+def _describe_tests(calibration: Calibration) -> str:
+    n_errors = sum(test.degrees_of_freedom > 0 for test in calibration.model_tests)
+    lines = [
+        "- Noise: mean normalized innovation squared (NIS); 1 if noise is as declared.",
+        "- Whiteness: largest correlation of innovations; 0 if all errors are modeled.",
+        "- Outliers: share of readings that contradict all others and are rejected.",
+        "- Prior: p-value of the parameter that is farthest from its initial value.",
+        f"- Unmodeled errors: p-value of the most significant of {n_errors} possible errors.",
+        f"Probability of a false alarm, all tests together: {100.0 * SIGNIFICANCE:.0f} %.",
+    ]
+    return "\n".join(lines if n_errors else [*lines[:-2], lines[-1]])
+
+
 def _format_tests(table: pd.DataFrame) -> pd.DataFrame:
-    bounds = zip(table["bound_type"], table["bound_value"], strict=True)
+    kinds = table["bound_type"].map({"at most": "max", "at least": "min"})
+    formats = [_STATISTIC_FORMATS.get(name, "{:.2g}") for name in table["statistic"]]
+    values, bounds = (
+        [text.format(value) for text, value in zip(formats, table[name], strict=True)]
+        for name in ("value", "bound_value")
+    )
     return pd.DataFrame(
         {
             "statistic": table["statistic"],
-            "value": table["value"].map("{:.3g}".format),
-            "threshold": [f"{kind} {_format_bound(bound)}" for kind, bound in bounds],
+            "value": values,
+            "threshold": kinds + " " + bounds,
             "result": ["passed" if is_passed else "FAILED" for is_passed in table["is_passed"]],
         },
         index=table.index,
@@ -294,14 +370,14 @@ def _build_residual_table(calibration: Calibration) -> pd.DataFrame:
 def _build_prior_table(calibration: Calibration) -> pd.DataFrame:
     rows = [
         (
-            "all parameters" if test.block == ALL_STATES else format_label(test.block),
+            format_label(test.block),
             f"{test.max_deviation_sigmas:.2f}",
             *_format_chi_square(test),
             "FAILED" if test.is_failed else "passed",
         )
         for test in calibration.prior_tests
     ]
-    columns = ["parameter", "distance", "chi-square", "degrees of freedom", "p", "bound of p"]
+    columns = ["parameter", "distance", "chi-square", "degrees of freedom", "p", "min p"]
     return pd.DataFrame(rows, columns=[*columns, "result"])
 
 
@@ -318,13 +394,13 @@ def _build_model_table(calibration: Calibration) -> pd.DataFrame:
         )
         for test in calibration.model_tests
     ]
-    columns = ["error", "chi-square", "degrees of freedom", "p", "bound of p", "result"]
+    columns = ["error", "chi-square", "degrees of freedom", "p", "min p", "result"]
     return pd.DataFrame(rows, columns=columns)
 
 
 def _format_chi_square(test: Any) -> list[str]:
     return [
-        f"{test.chi_square:.4g}",
+        f"{test.chi_square:.3g}",
         str(test.degrees_of_freedom),
         f"{test.p:.2g}",
         f"{test.significance_level:.2g}",

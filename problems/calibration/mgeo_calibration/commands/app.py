@@ -104,31 +104,38 @@ def fly(
     simulator: Annotated[
         Literal["kinematic", "basilisk"],
         typer.Option(
-            help="Exact rates (kinematic), or rigid-body dynamics with actuators (basilisk)."
+            metavar="kinematic|basilisk",
+            help="kinematic: planned rates executed exactly; basilisk: rigid-body dynamics with "
+            "actuators and attitude control.",
         ),
     ] = "kinematic",
     vehicle: Annotated[
         Literal["paper", "cubesat_6u"] | None,
         typer.Option(
-            help="Satellite with inertia and wheels for Basilisk [default: from the scenario]."
+            metavar="paper|cubesat_6u",
+            help="Satellite with inertia and wheels for Basilisk [default: from the scenario].",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random errors and the noise.")] = 1,
     after: Annotated[
         Path | None,
         typer.Option(
-            metavar="TRUTH.json", help="Continue from the final truth of an earlier simulation."
+            metavar="TRUTH.json",
+            help="Start with the true attitude and errors at the end of an earlier run.",
         ),
     ] = None,
     until: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="Omit samples after this time.")
+        float | None, typer.Option(metavar="SECONDS", help="End the telemetry at this time.")
     ] = None,
     out: Annotated[
         Path, typer.Option(metavar="FILE.csv", help="Telemetry for `mgeo attitude calibrate`.")
     ] = Path("telemetry.csv"),
     truth: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.json", help="Also write the truth at the last sample."),
+        typer.Option(
+            metavar="FILE.json",
+            help="Also write the true attitude and errors at the end, for --after.",
+        ),
     ] = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
@@ -137,9 +144,10 @@ def fly(
 ) -> None:
     """Simulate one run of a plan and write its telemetry.
 
-    The run ends at the end of the scenario, or at --until. Initial attitude and errors are drawn
-    from the scenario, or continue from the file of --after. Both simulators draw equal initial
-    errors from equal seeds.
+    The run lasts for the duration of the scenario, or until --until. The initial attitude and the
+    errors of gyro and sensors are random, with the 1-sigmas of the scenario; with --after, they are
+    those at the end of an earlier run. Both simulators draw the same initial errors for the same
+    seed.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
 
@@ -165,8 +173,10 @@ def fly(
     files = {str(out): "telemetry"}
     if truth:
         files[str(truth)] = "true attitude and errors at the last sample, for --after"
+    selection = {"--plan": source, "--pick": pick, "--time": time, "--solution": solution}
+    options = " ".join(f"{flag} {value}" for flag, value in selection.items() if value is not None)
     output = Output(quiet, json)
-    command.print_simulation(source, picked, telemetry, compared, simulator, files, output)
+    command.print_simulation(picked, options, telemetry, compared, simulator, files, output)
     simulation: SimulationDocument = {
         "files": list(files),
         "n_samples": len(telemetry.times),
@@ -212,15 +222,16 @@ def calibrate(
         str | None,
         typer.Option(
             metavar="KEY,...",
-            help="Repeat with more states, such as mag.scale_factor, or with sensor noise "
-            "estimated from telemetry (noise).",
+            help="Repeat the calibration with these parameters added, such as mag.scale_factor, "
+            "or with sensor noise estimated from telemetry (noise).",
         ),
     ] = None,
     show_all: Annotated[
         bool,
         typer.Option(
             "--all",
-            help="Also print every axis and every test; all checks if telemetry is refused.",
+            help="Also print every axis and every test, or all checks if telemetry cannot be "
+            "calibrated.",
         ),
     ] = False,
     overwrite: Overwrite = False,
@@ -230,8 +241,8 @@ def calibrate(
 ) -> None:
     """Estimate the calibration parameters of gyro and sensors from telemetry, and test them.
 
-    No prior attitude is needed. Outliers are rejected and listed. The exit code is 3 if telemetry
-    and scenario are statistically inconsistent.
+    No initial attitude is needed. Outliers are rejected and counted. The exit code is 3 if
+    telemetry and scenario are statistically inconsistent.
     """
     from mgeo_attitude.scenario.validity import ImplausibleValue
 

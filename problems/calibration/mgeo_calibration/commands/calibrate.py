@@ -23,6 +23,7 @@ from mgeo_calibration.calibration.sections import (
     build_detail_sections,
     build_recalibration_section,
     build_summary_sections,
+    describe_requirements,
 )
 
 if TYPE_CHECKING:
@@ -158,11 +159,12 @@ def print_calibration(
         sections.append(build_recalibration_section(first, calibration))
     if has_details:
         sections += build_detail_sections(calibration, predicted)
-    use = " Use the calibration parameters below." if calibration.is_consistent else ""
-    output.print_title(f"{calibration.conclusion}{use}")
+    use = "Use the calibration parameters below." if calibration.is_consistent else ""
+    sentences = calibration.conclusion, use, describe_requirements(calibration)
+    output.print_title(" ".join(filter(None, sentences)))
     output.print_text(
-        f"Estimates for the last sample: {calibration.utc[:19]} UTC, "
-        f"{format_duration(calibration.time)} after the epoch of the scenario.",
+        f"Estimates at the last sample, {calibration.utc[:19]} UTC, "
+        f"{format_duration(calibration.time)} after the epoch.",
         f"Attitude accuracy: {calibration.attitude_sigma_deg:.2g} deg (1-sigma, worst body axis).",
         "",
     )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.plan.plan import ManeuverPlan
@@ -69,8 +69,8 @@ def simulate_plan(
 def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Section:
     """Return a comparison of true values with the plan as a section.
 
-    The columns ``bound_type`` and ``bound_value`` become one text such as ``at most 5``. Rows
-    without a constraint have empty cells.
+    The columns ``bound_type`` and ``bound_value`` become one text such as ``max 5``. Rows without a
+    constraint have empty cells; without any constraint, the table has no columns on constraints.
 
     Parameters
     ----------
@@ -81,19 +81,24 @@ def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Sect
         Text below the table.
     """
     has_bound = frame["bound_type"] != ""
-    bounds = frame["bound_type"] + frame["bound_value"].map(" {:.4g}".format)
-    titles = {"bound_value": "constraint", VIOLATED_COLUMN: "violating runs [%]"}
+    kinds = frame["bound_type"].map({"at most": "max", "at least": "min"})
+    bounds = kinds + frame["bound_value"].map(" {:.4g}".format)
+    titles = {"plan": "planned", "bound_value": "constraint", VIOLATED_COLUMN: "violating runs [%]"}
     shown = frame.drop(columns="bound_type").rename(columns=titles)
     shown["constraint"] = bounds.where(has_bound, "")
     if "satisfied" in shown:
         satisfied = shown.pop("satisfied").map({True: "satisfied", False: "VIOLATED"})
         shown["result"] = satisfied.where(has_bound, "")
+    if not has_bound.any():
+        shown = shown.drop(
+            columns=["constraint", titles[VIOLATED_COLUMN], "result"], errors="ignore"
+        )
     return Section(title, table=shown, note=note)
 
 
 def print_simulation(
-    source: Path,
     picked: SelectedPlan,
+    plan_options: str,
     telemetry: Telemetry,
     comparison: pd.DataFrame,
     simulator: str,
@@ -105,9 +110,9 @@ def print_simulation(
 
     Parameters
     ----------
-    source : Path
-        Run folder or plan file.
     picked : SelectedPlan
+    plan_options : str
+        Options of ``calibrate`` that select the same plan.
     telemetry : Telemetry
     comparison : DataFrame
         Result of `compare_with_plan`.
@@ -117,26 +122,38 @@ def print_simulation(
     output : Output
     """
     plan = picked.plan
-    text = (
-        f"Simulated {format_duration(telemetry.times[-1])} with the {simulator} simulator: "
-        f"{len(telemetry.times)} samples of {', '.join(['gyro', *telemetry.sensors])}."
+    readings = {"gyro": telemetry.gyro_deg_s, **telemetry.sensors}
+    counts = (
+        f"{np.isfinite(values).all(axis=1).sum()} of {name}" for name, values in readings.items()
     )
-    output.print_title(text)
+    output.print_title(
+        f"Simulated {format_duration(telemetry.times[-1])} with the {simulator} simulator: "
+        f"{len(telemetry.times)} samples."
+    )
+    output.print_text(f"Readings: {', '.join(counts)}.")
     output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
     violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
     output.print_warnings([*list_warnings(plan), *violations])
-    note = "Norm: of the rates about the three axes."
-    if plan.scenario.path_constraints:
-        note += " The angles of path constraints exclude the margin for the attitude error."
+    notes = ["Pointing error: rotation angle from the planned to the simulated attitude."]
     if plan.scenario.is_magnetorquer_driven:
-        note += " Magnetorquers act in the true attitude, which is not controlled to the plan."
-    title = f"True motion and plan until {format_duration(comparison.attrs['time_s'])}"
+        notes.append("Magnetorquers are commanded as planned; no controller corrects the attitude.")
+    elif simulator == "kinematic":
+        notes.append("The planned rates are executed exactly, so that the initial error remains.")
+    else:
+        notes.append(
+            "The controller follows the attitude integrated from the gyro, whose errors add to the "
+            "initial error."
+        )
+    if plan.scenario.path_constraints:
+        notes.append("Angles of path constraints exclude the margin for the attitude error.")
+    title = (
+        f"Simulated motion until {format_duration(comparison.attrs['time_s'])}, compared with the "
+        "plan"
+    )
     output.print("")
-    output.print_sections(build_comparison_section(title, comparison, note))
+    output.print_sections(build_comparison_section(title, comparison, "\n".join(notes)))
     output.print_files(files)
-    options = "" if picked.solution is None else f" --solution {picked.solution}"
-    command = f"mgeo attitude calibrate {next(iter(files))} --plan {source}{options}"
-    commands = {"Calibrate": command}
+    commands = {"Calibrate": f"mgeo attitude calibrate {next(iter(files))} {plan_options}"}
     if len(files) == 1:
         commands["Write the true errors"] = "add --truth FILE.json"
     output.print_commands(commands)

@@ -117,7 +117,8 @@ def _permute_axes() -> Iterator[tuple[Floats, int, str]]:
                 yield (
                     P,
                     n_changes,
-                    f" agrees with the other sensors if its axes are ({axes}), not (x, y, z)",
+                    f" agrees with the other sensors if its axes are ({axes}), not (x, y, z). "
+                    "Correct the order and the signs of its columns in the mapping",
                 )
 
 
@@ -151,7 +152,8 @@ def _correct_mistakes(readings: Floats) -> Iterator[tuple[int, str, Floats]]:
     for convention, order, inverse in QUATERNION_CONVENTIONS:
         description = (
             ": its quaternions agree with the other sensors if they are read as "
-            f"{convention}: expected scalar last, from GCRF to the body"
+            f"{convention}: expected scalar last, from GCRF to the body. Declare scalar or "
+            "attitude in the mapping"
         )
         yield 1, description, _convert_quaternions(readings, order, inverse)
 

@@ -28,8 +28,9 @@ from mgeo_calibration.simulators.simulated_run import (
 )
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
-END_ERROR, MAX_ERROR = "final pointing error", "largest pointing error"
-MAX_RATE, WHEEL_MOMENTUM = "largest body rate (norm)", "largest wheel momentum"
+START_ERROR, END_ERROR = "initial pointing error", "final pointing error"
+MAX_ERROR = "largest pointing error"
+MAX_RATE, WHEEL_MOMENTUM = "largest rate magnitude", "largest wheel momentum"
 _BOUND_COLUMNS = ["bound_type", "bound_value"]
 #: Upper quantile of the Monte Carlo runs in a table, in addition to the median.
 UPPER_QUANTILE = 0.9
@@ -77,8 +78,9 @@ def compute_constraint_values(
     quantity.
 
     A pointing error is the angle of the rotation between an attitude and the plan's attitude at the
-    same sample. The dict contains the error at the last sample and the largest error. The angle of
-    a path constraint is the largest (keep-in) or smallest (keep-out) angle, without margin.
+    same sample. The dict contains the errors at the first and at the last sample, and the largest
+    error. The angle of a path constraint is the largest (keep-in) or smallest (keep-out) angle,
+    without margin.
 
     Parameters
     ----------
@@ -89,8 +91,12 @@ def compute_constraint_values(
     """
     scenario, n = plan.scenario, len(attitude)
     apart = np.linalg.norm(attitude - plan.attitude[:n], axis=(1, 2))
-    off = 2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0))
-    result = {END_ERROR: float(np.degrees(off[-1])), MAX_ERROR: float(np.degrees(off.max()))}
+    off = np.degrees(2.0 * np.arcsin(np.minimum(apart / np.sqrt(8.0), 1.0)))
+    result = {
+        START_ERROR: float(off[0]),
+        END_ERROR: float(off[-1]),
+        MAX_ERROR: float(off.max()),
+    }
     step_rotations = Rotation.from_matrix(
         attitude[:-1] @ attitude[1:].transpose(0, 2, 1)
     ).as_rotvec()
@@ -278,21 +284,21 @@ def summarize_gyro_guidance(plan: ManeuverPlan, n_runs: int, seed: int) -> pd.Da
 
 
 def format_gyro_guidance(summary: pd.DataFrame) -> list[str]:
-    """Return a list with one sentence that summarizes the table of `summarize_gyro_guidance`, or an
+    """Return a list with one text that summarizes the table of `summarize_gyro_guidance`, or an
     empty list for an empty table.
 
-    The sentence states the median and the 90 % quantile of the pointing error at the end, and for
-    each constraint that some runs violate the percentage of these runs.
+    The text states the median and the 90 % quantile of the pointing error at the end, and for each
+    constraint that some runs violate the percentage of these runs.
     """
     if not len(summary):
         return []
     half, most = summary.loc[END_ERROR, [MEDIAN_COLUMN, QUANTILE_COLUMN]]
     violations = summary[summary[VIOLATED_COLUMN] > 0.0]
     violated = "".join(
-        f", {label} is violated in {share:.3g} %"
+        f" {label} is violated in {share:.3g} % of the runs."
         for label, share in violations[VIOLATED_COLUMN].items()
     )
     return [
         "With gyro-based guidance from an uncertain initial attitude, half of the runs end within "
-        f"{half:.3g} deg of the planned attitude and 90 % within {most:.3g} deg{violated}."
+        f"{half:.3g} deg of the planned attitude and 90 % within {most:.3g} deg.{violated}"
     ]

@@ -15,7 +15,7 @@ from mgeo_attitude.settings.errors import expect
 from scipy.spatial.transform import Rotation
 
 from mgeo.validation.entries import get_entry
-from mgeo_calibration.calibration.corrections import convert_block, list_telemetry_units
+from mgeo_calibration.calibration.corrections import convert_block
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
 if TYPE_CHECKING:
@@ -82,8 +82,8 @@ def build_truth_document(
         "quaternion": quaternions_from_matrices(telemetry.truth.attitude[-1:])[0].tolist(),
         "states": dict(zip(suite.blocks[1:], states.reshape(-1, 3)[1:].tolist(), strict=True)),
         "parameters": [
-            {"block": block, "axis": axis, "unit": unit.text, "value": float(value)}
-            for block, unit in list_telemetry_units(suite).items()
+            {"block": block, "axis": axis, "unit": suite.units[block].text, "value": float(value)}
+            for block in suite.blocks[1:]
             for axis, value in zip("xyz", convert_block(suite, states, block), strict=True)
         ],
     }

@@ -4,7 +4,7 @@ the scenario.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import product, takewhile
 
@@ -42,6 +42,7 @@ _MAX_FRAME_RESIDUAL, _MAX_SCALE_RESIDUAL = 0.2, 0.06
 _MAX_MEDIAN_MISFIT = 3.0  # largest median misfit of the field strength, in 1-sigmas
 _FIELD_MODEL_ERROR = 0.003  # relative error of the field model
 _N_ITERATIONS = 4  # number of iterations for the bias of a magnetometer
+_MAX_SCALE_ERROR = 0.1  # 1-sigma of a scale error that may explain wrong field strengths
 _NORMAL_MEDIAN = 0.6745  # median magnitude of a standard normal variable
 _FIELD_ROTATION_RATE = 0.15  # rotation rate of the field direction along a low orbit [deg/s]
 _LAGS = (1, 2, 4, 8, 16, 32, 64)  # number of samples between compared vectors
@@ -157,7 +158,8 @@ def find_inconsistent_positions(samples: Samples) -> Iterator[Finding]:
 
 def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
     """Yield a finding for each magnetometer whose field strengths disagree with the field on the
-    orbit for every plausible bias.
+    orbit for every plausible bias. If a scale factor common to all axes explains the disagreement,
+    the finding says so.
 
     The bias b minimizes the difference between |y - b|² and |B|² (R. Alonso, M. D. Shuster,
     TWOSTEP, Journal of the Astronautical Sciences 50 (2002) 433-451).
@@ -171,21 +173,44 @@ def find_inconsistent_field_strengths(samples: Samples) -> Iterator[Finding]:
             samples.scenario.environment_errors.field_error_nt,
         )
         sigma = np.hypot(noise, share * strength)
-        weight, bias = 0.5 / (strength * sigma), np.zeros(3)
-        for _ in range(_N_ITERATIONS):
-            left = measured - bias
-            more = weight * ((left**2).sum(axis=1) - strength**2)
-            slopes = np.vstack([2.0 * weight[:, None] * left, np.eye(3) / sensor.initial_bias_nt])
-            target = np.append(more, -bias / sensor.initial_bias_nt)
-            bias += np.linalg.lstsq(slopes, target, rcond=None)[0]
-        misfit = np.abs(_compute_length(measured - bias) - strength) / sigma
+        bias_sigma = sensor.initial_bias_nt
+        length, _ = _fit_lengths(measured, strength, sigma, (bias_sigma,) * 3)
+        misfit = np.abs(length - strength) / sigma
         if np.median(misfit) / _NORMAL_MEDIAN > _MAX_MEDIAN_MISFIT:
             worst = int(misfit.argmax())
-            value = f"{_compute_length(measured - bias)[worst]:.5g} nT without its bias"
+            value = f"{length[worst]:.5g} nT without its bias"
             expected = f"{strength[worst]:.5g} ± {sigma[worst]:.0f} nT, the field on the orbit"
             advice = "declare time_epoch, time_unit and time_system, correct epoch and orbit, or "
             advice += f"add bias_sensitivities, such as a magnetorquer's current, to {sensor.name}"
+            length, scale = _fit_lengths(
+                measured, strength, sigma, (*(bias_sigma,) * 3, _MAX_SCALE_ERROR)
+            )
+            misfit = np.abs(length / scale - strength) / sigma
+            if np.median(misfit) / _NORMAL_MEDIAN < _MAX_MEDIAN_MISFIT:
+                error = (
+                    f"{100.0 * abs(scale - 1.0):.1f} % too {'large' if scale > 1.0 else 'small'}"
+                )
+                key = f"{sensor.name}.initial_scale_factor"
+                advice = f"set {key} in the scenario if all readings are {error}, or {advice}"
             yield Finding(sensor.name, samples.format_place(k[worst]), value, expected, advice)
+
+
+def _fit_lengths(
+    measured: Floats, strength: Floats, sigma: Floats, prior_sigmas: Sequence[float]
+) -> tuple[Floats, float]:
+    """Fit a bias, and a scale factor if `prior_sigmas` has a fourth value, so that the lengths of
+    the measured vectors agree with the field strengths. Return the lengths without the bias, and
+    the scale factor.
+    """
+    x, prior, n = np.zeros(4), np.array(prior_sigmas), len(prior_sigmas)
+    weight = 0.5 / (strength * sigma)
+    for _ in range(_N_ITERATIONS):
+        left, scaled = measured - x[:3], (1.0 + x[3]) * strength
+        more = weight * ((left**2).sum(axis=1) - scaled**2)
+        slopes = 2.0 * weight[:, None] * np.column_stack([left, scaled * strength])
+        matrix = np.vstack([slopes[:, :n], np.diag(1.0 / prior)])
+        x[:n] += np.linalg.lstsq(matrix, np.append(more, -x[:n] / prior), rcond=None)[0]
+    return _compute_length(measured - x[:3]), 1.0 + float(x[3])
 
 
 def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
@@ -221,8 +246,8 @@ def find_inconsistent_rates(samples: Samples) -> Iterator[Finding]:
         result = float(np.median(np.degrees(chord) / duration))
         slack = bias + field_rate + np.degrees(3.0 * noise) / float(np.median(duration))
         if not result / 1.5 - slack < reported < 1.5 * result + slack:
-            value = f"{reported:.3g} deg/s across {sensor.name} (median)"
-            expected = f"about {result:.3g} deg/s, as {sensor.name} rotates"
+            value = f"median rate of {reported:.4g} deg/s perpendicular to {sensor.name}"
+            expected = f"about {result:.4g} deg/s, at which the vectors of {sensor.name} rotate"
             advice = "declare gyro.unit, gyro.scale or time_unit, or a larger initial_bias_deg_s"
             yield Finding("gyro", samples.format_place(both[1]), value, expected, advice)
 

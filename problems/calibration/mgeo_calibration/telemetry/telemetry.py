@@ -291,7 +291,7 @@ def format_place(k: int, times: Floats, row_numbers: Ints | None = None) -> str:
     """Return the time of sample `k` and, if known, its row in the source table, as text for
     messages.
     """
-    time = f"time {times[k]:.6f} s"
+    time = f"time {f'{times[k]:.6f}'.rstrip('0').rstrip('.')} s"
     return time if row_numbers is None else f"row {row_numbers[k]}, {time}"
 
 

@@ -44,7 +44,7 @@ def catalog(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print the price, mass, power and source of each sensor grade of a catalog."""
+    """Print the price, mass, power and source of each sensor grade in a catalog."""
     import pandas as pd
 
     from mgeo_suite.catalog import SECTIONS, Catalog
@@ -83,7 +83,7 @@ def conclude(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print the most accurate suite within each budget, and the lowest price of each accuracy."""
+    """Print the most accurate suite within each budget and the lowest price for each accuracy."""
     import pandas as pd
 
     from mgeo.plugins.problems import load_problem
