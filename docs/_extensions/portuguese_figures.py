@@ -24,7 +24,7 @@ _TEXTS = {
     "τ = 1": "τ = 1",
     "τ = 3": "τ = 3",
     "probability": "probabilidade",
-    "rank of the candidate": "posto do candidato",
+    "rank of the candidate": "posição do candidato na ordem",
     "hypervolume": "hipervolume",
     "front": "frente",
     "reference point": "ponto de referência",
