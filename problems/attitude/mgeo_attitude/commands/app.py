@@ -133,7 +133,7 @@ def export(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FILE...",
+            metavar="FILE",
             help="Files to write; the suffix selects the format: "
             + ", ".join(f"{each.suffix} ({each.name})" for each in FORMATS)
             + ".",
