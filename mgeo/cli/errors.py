@@ -24,7 +24,7 @@ class TerminationInterrupt(KeyboardInterrupt):
 
 
 class StopRequest:
-    """Request to end a run, which is false until SIGINT or SIGTERM is received.
+    """Request to end a run, set by the first SIGINT or SIGTERM.
 
     Attributes
     ----------
