@@ -68,7 +68,7 @@ def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[No
 
 @dataclass(frozen=True)
 class Plugin:
-    """Installed problem, algorithm or command, which is imported only by `load`.
+    """Installed problem, algorithm or command that is imported only when needed.
 
     Attributes
     ----------

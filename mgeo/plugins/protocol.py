@@ -114,7 +114,7 @@ class ProblemMixin:
         return dict(options)
 
     def to_robust(self) -> Problem | None:
-        """Return a problem that minimizes quantiles over random errors, or None by default.
+        """Return a version of this problem that minimizes quantiles over random errors, or None.
 
         The option ``--robust`` of the command line solves the returned problem, which must define
         `to_options`. The default is None.
@@ -359,7 +359,7 @@ def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | N
 
 
 def get_options(problem: Problem) -> dict[str, Any] | None:
-    """Return a dict of options that rebuild the problem, or None if there are none.
+    """Return a dict of options from which the problem can be rebuilt, or None.
 
     See `ProblemMixin.to_options`.
     """
@@ -450,5 +450,5 @@ def get_recommended_settings(problem: Problem) -> RecommendedSettings:
 
 
 def get_function_name(problem: Problem) -> str:
-    """Return the name of the test function behind a problem, or an empty string."""
+    """Return the name of the test function that a problem implements, or an empty string."""
     return str(getattr(problem, "function_name", ""))

@@ -51,7 +51,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Review:
-    """Document about one solution for the reviewer who checks and approves it.
+    """Review document of one solution, for the person who approves the solution.
 
     Attributes
     ----------
