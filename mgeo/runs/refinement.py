@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Refinement:
-    """Local refinement of a front by its problem, performed step by step through iteration.
+    """Local refinement of a front by its problem. Iterating performs one step at a time.
 
     A refined design replaces a solution of the front if it is feasible and no objective is worse.
     Further designs are added if they are feasible. The refinement is deterministic.
@@ -74,7 +74,7 @@ class Refinement:
 
     @property
     def solutions(self) -> Population:
-        """Solutions of the front, possibly replaced, followed by the solutions that were added."""
+        """Solutions of the original front, improved where possible, followed by added solutions."""
         return Population.create(*(self._solutions[row] for row in sorted(self._solutions)))
 
     @property

@@ -317,7 +317,7 @@ class Violation:
 
 @dataclass(frozen=True)
 class InfeasibilityReport:
-    """Violated constraints of a run without a feasible solution, and suggestions.
+    """Violated constraints of a run without a feasible solution, with suggestions.
 
     Attributes
     ----------
