@@ -73,7 +73,7 @@ _PROBLEM_COMMANDS = "Command groups of problems, each with its own --help"
 
 
 class _CommandGroup(CommandGroup):
-    """Command group that prints its help, and exits with code 2, if no subcommand is given."""
+    """Command group that prints its help and exits with code 2 if no subcommand is given."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if not (args or ctx.resilient_parsing):
@@ -83,7 +83,7 @@ class _CommandGroup(CommandGroup):
 
 
 class RootCommandGroup(_CommandGroup):
-    """Root command group, which adds the commands of installed plugins and reports errors.
+    """Root command group that adds the commands of installed plugins and reports errors.
 
     An error of a command is printed as one line on stderr and sets the exit code, see `ExitCode`.
     """
@@ -118,7 +118,7 @@ class RootCommandGroup(_CommandGroup):
 
 
 class _PluginCommandStub(Command):
-    """Placeholder for the command group of a plugin, so that ``mgeo --help`` imports no plugin."""
+    """Placeholder that lets ``mgeo --help`` list a command group without importing its plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
         distribution = plugin.entry_point.dist
@@ -160,7 +160,7 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Run the command line ``mgeo`` with the arguments of this process, and exit."""
+    """Run the ``mgeo`` command with the arguments in ``sys.argv``."""
     # This must precede the import of NumPy. The order of sums in BLAS depends on the number of
     # threads, so that fronts of equal seeds would depend on the number of processors and --jobs.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def print_run_size(run: PreparedRun, folder: Path, output: Output) -> None:
-    """Print the problem size and the budget of a run, and the files that the run would write.
+    """Print the problem size and budget of a run, and the files that the run would write.
 
     Parameters
     ----------

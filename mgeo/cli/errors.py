@@ -20,11 +20,11 @@ from mgeo.terminal import show
 
 
 class TerminationInterrupt(KeyboardInterrupt):
-    """Exception raised on SIGTERM, so that the command ends as it does after Ctrl-C."""
+    """Exception raised on SIGTERM so that a command cleans up as it does after Ctrl-C."""
 
 
 class StopRequest:
-    """Flag that requests the end of a run; true as soon as SIGINT or SIGTERM is received.
+    """Request to end a run, set by the first SIGINT or SIGTERM.
 
     Attributes
     ----------
@@ -44,11 +44,11 @@ class StopRequest:
 
     @property
     def exit_code(self) -> int:
-        """Exit code by shell convention: 130 after Ctrl-C, 143 after SIGTERM, otherwise 0."""
+        """Exit code by shell convention: 128 plus the signal number, or 0 without a signal."""
         return 0 if self.signal is None else 128 + self.signal
 
     def receive(self, signal_number: int, frame: FrameType | None = None) -> None:
-        """Store the first signal, and raise KeyboardInterrupt on the second one.
+        """Store the first signal, and raise KeyboardInterrupt on the second.
 
         Later signals are ignored, and so is the second one while `may_raise` is false.
 
@@ -68,7 +68,7 @@ class StopRequest:
 
 @contextmanager
 def collect_stop_requests() -> Iterator[StopRequest]:
-    """Context manager that yields a `StopRequest`, which SIGINT and SIGTERM set.
+    """Context manager that turns SIGINT and SIGTERM into a `StopRequest`.
 
     The run can then end after its current generation. A second signal raises KeyboardInterrupt,
     which ends a long generation at once. The previous signal handlers are restored on exit.
@@ -89,7 +89,7 @@ def collect_stop_requests() -> Iterator[StopRequest]:
 
 
 def raise_on_sigterm() -> None:
-    """Install a handler that raises `TerminationInterrupt` on SIGTERM, in the current process.
+    """Install a signal handler that raises `TerminationInterrupt` on SIGTERM.
 
     The exception lets a command stop its worker processes and remove its temporary files.
     """
@@ -105,7 +105,7 @@ UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 class ExitCode(IntEnum):
-    """Exit codes of the commands; `EXIT_CODES` contains their descriptions."""
+    """Exit codes of the ``mgeo`` command, described in `EXIT_CODES`."""
 
     SUCCESS, ERROR, BAD_INPUT, INCOMPLETE = range(4)
     INTERRUPTED, TERMINATED = 130, 143
@@ -123,7 +123,7 @@ EXIT_CODES: Mapping[ExitCode, str] = {
 
 
 class InputError(Exception):
-    """Error in the input of a command, which the user can correct.
+    """Error that the user can correct, such as an invalid option or a missing file.
 
     The original exception is its ``__cause__``.
     """
@@ -148,7 +148,7 @@ def convert_input_errors(
 
 @contextmanager
 def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
-    """Context manager that prints an exception as one line on stderr, and then exits.
+    """Context manager that prints an exception as one line on stderr and exits.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def report_errors(ctx: typer.Context, *, debug: bool = False) -> Iterator[None]:
 
 
 def print_warning(message: Warning | str, *_: object, **__: object) -> None:
-    """Print a warning as one line on stderr; replacement for `warnings.showwarning`."""
+    """Print a warning as one line on stderr, in place of `warnings.showwarning`."""
     show(f"Warning: {join_lines(str(message))}", stderr=True)
 
 
@@ -186,14 +186,14 @@ def get_interrupt_exit_code(error: KeyboardInterrupt) -> ExitCode:
 
 
 def _format_input_error(error: Exception) -> str:
-    """Return the message of an exception; errors of the file system begin with the path."""
+    """Return the message of an exception, starting with the path for file system errors."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         return f"{error.filename}: {error.strerror[0].lower()}{error.strerror[1:]}"
     return str(error) or type(error).__name__
 
 
 def _format_usage_error(error: Any) -> str:
-    """Return the message of an invalid command line, with the value and what was expected."""
+    """Return an error message that states the invalid value and the expected ones."""
     if possibilities := getattr(error, "possibilities", None):
         names = " or ".join(sorted(possibilities))
         return f"There is no option {error.option_name}; did you mean {names}?"

@@ -39,7 +39,7 @@ _STOP_MESSAGE = "Stopping after this generation. Press Ctrl-C again to stop at o
 
 
 class Progress:
-    """Callback that displays the progress of a run, and stops the run after a signal.
+    """Callback that displays the progress of a run and stops the run after a signal.
 
     On a terminal, the display is redrawn in place. In a pipe or a log, the title, a line per minute
     and a line at the end are printed.
@@ -78,7 +78,7 @@ class Progress:
 
     @contextmanager
     def display(self) -> Iterator[None]:
-        """Context manager that displays progress, in place on a terminal and else line by line."""
+        """Context manager that shows progress in place on a terminal, otherwise line by line."""
         if not self._console.is_terminal:
             self._print(self._title)
             self._next_update = time.monotonic() + self.interval
@@ -90,7 +90,7 @@ class Progress:
                 self._update()
 
     def __call__(self, state: SolveState) -> None:
-        """Stop the run after a signal, and update the display if its interval has elapsed."""
+        """Stop the run if a signal was received, and update the display when it is due."""
         if self._request:
             state.stop()
         self._state = state
@@ -124,7 +124,7 @@ class Progress:
 
 
 def execute_run(run: PreparedRun, folder: Path, output: Output, max_time: float | None) -> int:
-    """Run a search, write its run folder, print its summary, and return the exit code.
+    """Run a search, write the run folder, print a summary, and return the exit code.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def format_run_title(run: RunConfiguration) -> str:
 
 
 def _format_state(state: SolveState) -> str:
-    """Return a status line: front size, hypervolume, refined solutions and failed evaluations."""
+    """Return a status line with the front size, hypervolume, refined solutions and failures."""
     _, F = state.build_front()
     parts = [f"{len(F):,} on the front"]
     if (hypervolume := state.compute_hypervolume(F)) is not None:

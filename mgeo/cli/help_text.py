@@ -15,7 +15,7 @@ GENERAL_OPTIONS = "General options"
 
 
 class Command(TyperCommand):
-    """Command whose help lists its arguments, and its options by ``rich_help_panel``."""
+    """Command whose help page lists arguments and options in groups."""
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         return [re.sub("[{}]", "", piece) for piece in super().collect_usage_pieces(ctx)]
@@ -25,7 +25,7 @@ class Command(TyperCommand):
 
 
 class CommandGroup(TyperGroup):
-    """Command group whose help lists its commands by ``rich_help_panel``, with whole summaries."""
+    """Command group whose help page lists subcommands in groups, with untruncated summaries."""
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         commands: dict[str, Any] = {n: self.get_command(ctx, n) for n in self.list_commands(ctx)}
@@ -39,7 +39,7 @@ class CommandGroup(TyperGroup):
 
 
 def format_examples(command: str, examples: Mapping[str, Iterable[str]]) -> str:
-    """Return the section "Examples" of a command's help text.
+    """Return the "Examples" section of a command's help page.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def format_examples(command: str, examples: Mapping[str, Iterable[str]]) -> str:
 
 
 def format_exit_codes() -> str:
-    """Return the section "Exit codes" of the help text."""
+    """Return the "Exit codes" section of the help page."""
     return "\n".join(
         ["\b", "Exit codes:", *(f"  {int(code):<5}{text}" for code, text in EXIT_CODES.items())]
     )
@@ -68,7 +68,7 @@ def _write_groups(rows: Iterable[tuple[str, str, str]], formatter: Any) -> None:
 
 
 def _describe_parameter(parameter: Any) -> tuple[str, str, str]:
-    """Return the group of a parameter, its names with its value, and its description."""
+    """Return the group, the name and the description of a parameter, for the help page."""
     text = parameter.help or ""
     if parameter.param_type_name == "argument":
         return "Arguments", parameter.metavar or parameter.name.upper(), text

@@ -110,7 +110,7 @@ def algorithms(
 
 
 def _format_meaning(text: str) -> str:
-    """Replace class names by names of the command line, and omit references to modules."""
+    """Replace class names by command-line names, and remove references to modules."""
     text = re.sub(r" \(`mgeo\.[\w.]+`\)", "", text)
     for name, record in ALGORITHMS.items():
         text = text.replace(f"`{record.path.partition(':')[2]}`", name)
@@ -134,7 +134,7 @@ def _describe_algorithm(name: str) -> AlgorithmRow:
 
 
 def _describe_problem(plugin: Plugin) -> tuple[ProblemRow, list[str]]:
-    """Return the description of a problem, and the titles of its objectives."""
+    """Return the description of a problem and the titles of its objectives."""
     from mgeo.plugins.problems import load_problem
     from mgeo.plugins.protocol import describe_size
     from mgeo.plugins.view import build_view

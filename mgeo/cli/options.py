@@ -19,7 +19,7 @@ from mgeo.terminal import reserve_stdout
 
 
 def complete_from(names: Iterable[str]) -> Callable[[], list[str]]:
-    """Return a callback for shell completion that suggests the given names."""
+    """Return a shell-completion callback that suggests the given names."""
     return lambda: list(names)
 
 
@@ -35,7 +35,7 @@ def complete_algorithms() -> list[str]:
 
 
 def complete_scenarios(ctx: typer.Context) -> list[str]:
-    """Return the preset names of the problem in a partial command line, for shell completion.
+    """Return the presets of the problem on the command line, for shell completion.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ Settings = Annotated[
 
 
 def parse_parameters(settings: Iterable[str]) -> dict[str, Any]:
-    """Parse the options ``--set NAME=VALUE``, and return the algorithm parameters as a dict.
+    """Convert ``--set NAME=VALUE`` options to a dict of algorithm parameters.
 
     Returns
     -------

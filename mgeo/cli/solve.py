@@ -18,7 +18,7 @@ _SECONDS_PER_UNIT = {"s": 1.0, "m": 60.0, "h": 3600.0}
 
 
 def _parse_duration(text: str) -> float:
-    """Parse a duration, such as 90, 10m or 2h, and return it in seconds."""
+    """Convert a duration such as 90, 10m or 2h to seconds."""
     unit = text[-1:] if text[-1:] in _SECONDS_PER_UNIT else ""
     try:
         seconds = float(text.removesuffix(unit)) * _SECONDS_PER_UNIT.get(unit, 1.0)

@@ -192,7 +192,7 @@ def _print_results(
 
 @contextmanager
 def _start_workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
-    """Context manager that yields the number of processes, or None if a Dask cluster is used."""
+    """Context manager that yields the number of processes, or None for a Dask cluster."""
     if jobs == 0:
         raise ValueError("--jobs 0: expected a number of processes, or -1 for one per processor")
     if cluster is None:

@@ -31,7 +31,7 @@ _MAX_CONSTRAINTS = 4
 
 
 def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
-    """Print the recommended solution of a run, the front at a glance, warnings and files.
+    """Print the recommended solution of a run, an overview of the front, and warnings.
 
     If no solution is feasible, the violated constraints are printed instead, with suggestions to
     make the problem feasible.
@@ -87,7 +87,7 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
 
 
 def _describe_run(run: Run, view: View) -> tuple[str, str]:
-    """Return the result of a run, and the cost of the search."""
+    """Return two lines of text: the result of a run, and the cost of the search."""
     configuration, outcome = run.configuration, run.outcome
     name = configuration.options.get("name")
     scenario = f" ({name})" if isinstance(name, str) else ""
@@ -137,7 +137,7 @@ def _print_front(view: View, front: FrontSummary, output: Output) -> None:
 
 
 def _move_title(section: Section) -> Section:
-    """Move the title of a section to the head of the row names of its table, to save a line."""
+    """Move a section title into the table header, to save a line on the screen."""
     if section.table is None:
         return section
     return replace(section, title="", table=section.table.rename_axis(section.title))

@@ -49,7 +49,7 @@ class PluginError(ValueError):
 
 @contextmanager
 def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[None]:
-    """Context manager that reraises exceptions as a `PluginError`, with a prefix in the message.
+    """Context manager that reraises exceptions as `PluginError` with a message prefix.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def convert_plugin_errors(prefix: str, *allowed: type[Exception]) -> Iterator[No
 
 @dataclass(frozen=True)
 class Plugin:
-    """Installed problem, algorithm or command, found by its entry point and not yet imported.
+    """Installed problem, algorithm or command that is imported only when needed.
 
     Attributes
     ----------
@@ -86,13 +86,13 @@ class Plugin:
 
     @classmethod
     def from_entry_point(cls, entry_point: EntryPoint) -> Plugin:
-        """Return the plugin that an entry point declares."""
+        """Create a plugin from its entry point."""
         distribution = entry_point.dist
         provider = ("", "") if distribution is None else (distribution.name, distribution.version)
         return cls(entry_point.name, *provider, entry_point)
 
     def load(self) -> Any:
-        """Import the class or the command app of the plugin, check its type, and return it.
+        """Import the plugin, check its type, and return it.
 
         Returns
         -------
@@ -125,7 +125,7 @@ class Plugin:
 
 
 def list_plugins(group: str = PROBLEMS) -> list[Plugin]:
-    """Return the installed plugins of one kind, sorted by name, without importing them.
+    """Return the installed plugins of a group, sorted by name, without importing them.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
 
 
 def list_plugin_versions(modules: Iterable[str]) -> dict[str, str]:
-    """Return the versions of the distributions that provide given plugin modules, as a dict.
+    """Return the versions of the distributions that provide the given modules.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def list_plugin_versions(modules: Iterable[str]) -> dict[str, str]:
 
 
 def list_preset_names(name: str) -> list[str]:
-    """Return the sorted names of the installed presets of a problem, without importing them."""
+    """Return the sorted names of a problem's presets, without importing them."""
     prefix = f"{name}."
     names = {entry.name for entry in metadata.entry_points(group=PRESETS)}
     return sorted(full.removeprefix(prefix) for full in names if full.startswith(prefix))
@@ -228,7 +228,7 @@ def load_algorithm(name: str) -> Any:
 
 
 def import_class(name: str, group: str) -> Any:
-    """Import a problem or algorithm class, given as ``module:Class``, and return it.
+    """Import a problem or algorithm class specified as ``module:Class``, and return it.
 
     The module may be in the current folder, which is appended to ``sys.path``.
 

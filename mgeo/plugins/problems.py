@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def load_problem(
     name: str, options: Mapping[str, Any] | None = None, *, trusted_classes: Collection[str] = ()
 ) -> Problem:
-    """Return a pymoo problem, built from its name and options.
+    """Build a pymoo problem from its name and options.
 
     A class ``module:Class`` is imported only if `trusted_classes` contains its name.
 
@@ -71,7 +71,7 @@ def read_scenario(
     *,
     trusted_classes: Collection[str] = (),
 ) -> dict[str, Any]:
-    """Return the options of a problem as a dict, from a TOML file or from the name of a preset.
+    """Read the options of a problem from a TOML file, or select a preset by name.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def _load_class(name: str, trusted_classes: Collection[str]) -> Any:
 
 
 def format_problem_options(names: Iterable[str]) -> str:
-    """Return the options ``--problem`` with which a command imports problems ``module:Class``.
+    """Return the ``--problem`` options that a command needs to import ``module:Class`` problems.
 
     An empty string if no name has this form.
     """

@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 
 class ProblemMixin:
-    """Mixin for pymoo problems: default implementations of the optional methods that mgeo calls.
+    """Mixin for pymoo problems that adds defaults for all optional methods used by mgeo.
 
     mgeo accepts any pymoo `Problem` and uses the optional methods that the problem defines. A
     problem need not derive from this class, which only adds the defaults. All designs are rows of
@@ -71,7 +71,7 @@ class ProblemMixin:
     function_name: str = ""
 
     def view(self, X: ArrayLike) -> View:
-        """Return a `View`, which presents designs of this problem as tables, figures and texts.
+        """Return a `View` that presents designs of this problem as tables, figures and text.
 
         Parameters
         ----------
@@ -83,7 +83,7 @@ class ProblemMixin:
         return View(self, X)
 
     def to_options(self) -> dict[str, Any] | None:
-        """Return the options from which `from_options` can rebuild this problem, as a dict.
+        """Return a dict of options from which `from_options` can rebuild this problem.
 
         The values must be JSON values. None, the default, means that the constructor of the class
         needs no arguments.
@@ -92,12 +92,12 @@ class ProblemMixin:
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> Any:
-        """Build a problem from a dict of options, by default passed to the constructor."""
+        """Build a problem from a dict of options. By default, pass them to the constructor."""
         return cls(**options)
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Return the options of a scenario, with file paths replaced by the contents of the files.
+        """Read the files that a scenario refers to, and return options without file paths.
 
         Parameters
         ----------
@@ -114,8 +114,7 @@ class ProblemMixin:
         return dict(options)
 
     def to_robust(self) -> Problem | None:
-        """Return a robust version of this problem, whose objectives are quantiles over random
-        errors, or None if there is no such version.
+        """Return a version of this problem that minimizes quantiles over random errors, or None.
 
         The option ``--robust`` of the command line solves the returned problem, which must define
         `to_options`. The default is None.
@@ -125,7 +124,7 @@ class ProblemMixin:
     def suggest_initial_designs(
         self, n: int, random_state: np.random.Generator
     ) -> FloatArray | None:
-        """Return n initial designs for a search, as rows of an array, or None.
+        """Return n initial designs for a search, or None by default.
 
         The option ``--initial-designs`` of the command line calls this method.
 
@@ -143,7 +142,7 @@ class ProblemMixin:
         return None
 
     def refine(self, X: FloatArray) -> Iterator[FloatArray] | None:
-        """Return an iterator that yields the improved designs after each step of a local search.
+        """Return an iterator over the designs after each step of a local search.
 
         Parameters
         ----------
@@ -161,7 +160,7 @@ class ProblemMixin:
         return None
 
     def recommend_settings(self) -> dict[str, Any]:
-        """Return the settings of ``mgeo solve`` that suit this problem, as a dict.
+        """Return a dict of the ``mgeo solve`` settings that suit this problem.
 
         Returns
         -------
@@ -188,7 +187,7 @@ class ProblemMixin:
         return self
 
     def map_to_indicator_space(self, F: ArrayLike) -> FloatArray | None:
-        """Scale or transform objective vectors for quality indicators such as the hypervolume.
+        """Transform objectives for quality indicators such as the hypervolume.
 
         Parameters
         ----------
@@ -206,7 +205,7 @@ class ProblemMixin:
 
     @classmethod
     def parse_document(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
-        """Return the problem options and the design that a JSON document contains, or None.
+        """Read the problem options and a design from a JSON document.
 
         Parameters
         ----------
@@ -221,7 +220,7 @@ class ProblemMixin:
         return None
 
     def build_document(self, x: FloatArray) -> dict[str, Any] | None:
-        """Return a JSON-compatible dict of one design, which `parse_document` can read, or None.
+        """Return a JSON-serializable dict of a design in the format of `parse_document`.
 
         Parameters
         ----------
@@ -239,7 +238,7 @@ class ProblemMixin:
 def call_optional(
     owner: Any, method: Callable[Concatenate[Any, P], T], *args: P.args, **kwargs: P.kwargs
 ) -> T:
-    """Call an optional method, or its default if the owner lacks it, and return the result.
+    """Call an optional method, or its default implementation if the owner lacks the method.
 
     Parameters
     ----------
@@ -263,7 +262,7 @@ def call_optional(
 
 
 def has_override(owner: Any, method: Callable[..., Any]) -> bool:
-    """Return True if a problem or view replaces the default of an optional method.
+    """Return True if a problem or view overrides the default of an optional method.
 
     Parameters
     ----------
@@ -280,7 +279,7 @@ def _unwrap(method: Any) -> Any:
 
 
 def get_column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the variables and the names of the objectives, as two tuples.
+    """Return the names of the variables and the names of the objectives.
 
     Variables are named by ``var_names`` of the problem, else by the keys of its ``vars``, else x1,
     x2, ...; objectives by ``obj_names``, else f1, f2, ....
@@ -299,7 +298,7 @@ def get_column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]
 
 
 def get_constraint_names(problem: Problem) -> tuple[str, ...]:
-    """Return the names of all constraints as a tuple, inequalities first.
+    """Return the names of all constraints, inequalities first.
 
     Inequalities are named by ``constraint_names`` of the problem, else g1, g2, ...; equalities are
     h1, h2, ....
@@ -329,7 +328,7 @@ def _read_names(
 
 
 def describe_size(problem: Problem) -> ProblemSize:
-    """Return variable names, objective names and constraint count as a JSON-compatible dict."""
+    """Return variable names, objective names and the number of constraints as a dict."""
     variables, objectives = get_column_names(problem)
     return {
         "variables": list(variables),
@@ -339,7 +338,7 @@ def describe_size(problem: Problem) -> ProblemSize:
 
 
 def get_objective_labels(problem: Problem) -> tuple[str, ...]:
-    """Return a short name of each objective, for labels of solutions such as ``min-mass``."""
+    """Return short objective names for solution labels such as ``min-mass``."""
     labels = getattr(problem, "obj_labels", None)
     if labels is not None:
         return tuple(labels)
@@ -348,7 +347,7 @@ def get_objective_labels(problem: Problem) -> tuple[str, ...]:
 
 
 def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
-    """Return the function that transforms objectives for quality indicators, or None.
+    """Return the function that maps objectives to the problem's indicator space.
 
     None if the problem does not define `ProblemMixin.map_to_indicator_space`.
     """
@@ -360,7 +359,7 @@ def get_indicator_map(problem: Problem) -> Callable[[ArrayLike], FloatArray] | N
 
 
 def get_options(problem: Problem) -> dict[str, Any] | None:
-    """Return a dict of options from which a problem can be rebuilt, or None if it defines none.
+    """Return a dict of options from which the problem can be rebuilt, or None.
 
     See `ProblemMixin.to_options`.
     """
@@ -368,7 +367,7 @@ def get_options(problem: Problem) -> dict[str, Any] | None:
 
 
 def get_robust_problem(problem: Problem) -> Problem:
-    """Return the robust version of a problem: its objectives are quantiles over random errors.
+    """Return the version of a problem that minimizes quantiles over random errors.
 
     See `ProblemMixin.to_robust`.
 
@@ -384,7 +383,7 @@ def get_robust_problem(problem: Problem) -> Problem:
 
 
 def iterate_refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
-    """Refine a front by the local search of its problem, and yield all designs after each step.
+    """Run the local search of a problem, and yield all designs after each step.
 
     See `ProblemMixin.refine`.
 
@@ -446,7 +445,7 @@ class RecommendedSettings(NamedTuple):
 
 
 def get_recommended_settings(problem: Problem) -> RecommendedSettings:
-    """Return the settings of ``mgeo solve`` that a problem recommends, or else the defaults."""
+    """Return the ``mgeo solve`` settings recommended by a problem, or the defaults."""
     return RecommendedSettings(**call_optional(problem, ProblemMixin.recommend_settings))
 
 

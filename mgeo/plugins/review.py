@@ -17,21 +17,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Section:
-    """Section of a review document: a title, paragraphs, and an optional table.
+    """Section of a review document with a title, paragraphs and an optional table.
 
     Attributes
     ----------
     title : str
     lines : tuple of str
-        Paragraphs of plain text above the table, or items of a list, which begin with a hyphen.
+        Paragraphs of plain text above the table. A line that begins with a hyphen is a list item.
     table : DataFrame, optional
         Table with row names as index, or with a RangeIndex for rows without names. A column title
         may end with a unit in brackets, as in ``duration [s]``.
     note : str
         Text below the table, which says what the table shows. Paragraphs are separated by newlines.
     decimals : mapping of str to int
-        Columns with a fixed number of decimals, by title. All other numbers have three significant
-        digits.
+        Number of decimals for each column title. Other columns have three significant digits.
     max_rows : int, optional
         Maximum number of rows that a terminal shows.
     key : str
@@ -52,7 +51,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Review:
-    """Review document of one solution, for a reviewer who checks and approves the solution.
+    """Review document of one solution, for the person who approves the solution.
 
     Attributes
     ----------
@@ -84,7 +83,7 @@ def build_records(table: pd.DataFrame) -> list[Any]:
 def format_cells(
     table: pd.DataFrame, digits: int = 3, decimals: Mapping[str, int] | None = None
 ) -> list[list[str]]:
-    """Convert a table to rows of strings, of which the first contains the column titles.
+    """Format a table as rows of strings. The first row contains the column titles.
 
     Parameters
     ----------
@@ -94,7 +93,7 @@ def format_cells(
         Significant digits of floats; large numbers have all digits before the decimal point, and
         a column of integral numbers has no decimals. NaN becomes an empty string.
     decimals : mapping of str to int, optional
-        Columns with a fixed number of decimals, by title.
+        Number of decimals for each column title.
     """
     import pandas as pd
 
@@ -113,7 +112,7 @@ def format_cells(
 
 
 def find_column_kinds(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return ``"number"`` for each numeric column of a table of strings, otherwise ``"text"``.
+    """Classify each column of a formatted table as ``"number"`` or ``"text"``.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ EQUALITY_TOLERANCE = 1e-4
 
 
 class View:
-    """Presentation of the solutions of a problem as tables, figures and texts.
+    """Tables, figures and texts that present the solutions of a problem.
 
     Each method has a default that works for any pymoo problem. A problem customizes its
     presentation by returning a subclass from its method ``view(X)``. mgeo calls several methods of
@@ -86,7 +86,7 @@ class View:
 
     @cached_property
     def F(self) -> FloatArray:
-        """Objectives of the solutions, one row each, evaluated on first use unless they are given.
+        """Objectives of the solutions, evaluated on first access unless they were given.
 
         An array of shape (n, n_obj).
         """
@@ -102,21 +102,21 @@ class View:
         return build_view(self.problem, self.X[indices], evaluated_F)
 
     def describe(self) -> pd.DataFrame:
-        """Return a table with one row per solution; by default, its objectives and variables."""
+        """Return a table with one row per solution. The default lists objectives and variables."""
         import pandas as pd
 
         variables, objectives = get_column_names(self.problem)
         return pd.DataFrame(np.hstack([self.F, self.X]), columns=[*objectives, *variables])
 
     def quick_metrics(self) -> pd.DataFrame:
-        """Return a table of metrics that are computed within milliseconds, one row per solution.
+        """Return a table of quickly computed metrics, with one row per solution.
 
         The explorer shows them while a user moves its sliders. The default is `describe`.
         """
         return self.describe()
 
     def summaries(self) -> list[str]:
-        """Return a list with a one-line summary of each solution; by default, its objectives."""
+        """Return a one-line summary of each solution. The default lists the objectives."""
         _, names = get_column_names(self.problem)
         return [
             ", ".join(f"{name} {value:.5g}" for name, value in zip(names, row, strict=True))
@@ -124,7 +124,7 @@ class View:
         ]
 
     def overview(self) -> dict[str, Section]:
-        """Return what a person needs to know about a single solution, on less than one screen.
+        """Return sections that describe a single solution on less than one screen.
 
         ``mgeo solve`` prints the sections for the recommended solution. The view must have exactly
         one solution.
@@ -149,7 +149,7 @@ class View:
         return sections
 
     def front_table(self) -> pd.DataFrame:
-        """Return a table for the comparison of solutions, with one row each and few columns.
+        """Return a compact table for comparing solutions, with one row per solution.
 
         ``mgeo solve`` prints the rows of about five solutions of the front. The default is a table
         of the objectives.
@@ -159,7 +159,7 @@ class View:
         return pd.DataFrame(self.F, columns=list(get_column_names(self.problem)[1]))
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return one table per solution, with the value, bound and margin of each constraint.
+        """Return one table per solution with the value, bound and margin of each constraint.
 
         Returns
         -------
@@ -177,7 +177,7 @@ class View:
 
     @cached_property
     def margins(self) -> FloatArray:
-        """Array of constraint margins of each solution, negative where a constraint is violated.
+        """Constraint margins of each solution, negative where a constraint is violated.
 
         The shape is (n, n_ieq_constr + n_eq_constr), with inequalities first.
         """
@@ -185,7 +185,7 @@ class View:
         return -compute_violations(G, H)
 
     def arrays(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return additional arrays to store with the front of a run, as a dict by name.
+        """Return a dict that maps names to additional arrays to store with the front.
 
         There are none by default. Each array has the shape (n, ...). A run stores the arrays in
         ``front.npz`` next to X, F, G and H; ``read_run(folder)`` returns them as
@@ -194,21 +194,21 @@ class View:
         return {}
 
     def format_title(self, name: str) -> str:
-        """Return the title for people of a column of `describe`, or of an objective.
+        """Return the display title of an objective or of a column of `describe`.
 
         Reports and the explorer show the title. The default is the name itself.
         """
         return name
 
     def warnings(self) -> list[str]:
-        """Return a list of warnings on the solutions and their problem; by default, the `notes`.
+        """Return warnings about the solutions and the problem. The default is `notes`.
 
         A warning is one sentence on the fact, and one on what to do.
         """
         return self.notes()
 
     def next_commands(self, folder: str) -> dict[str, str]:
-        """Return commands that continue with the solutions of a run folder; empty by default.
+        """Return a dict of commands that a user can run next on the solutions.
 
         Parameters
         ----------
@@ -223,14 +223,14 @@ class View:
         return {}
 
     def suggestions(self) -> list[str]:
-        """Return a list of one-line suggestions to make an infeasible problem feasible.
+        """Return one-line suggestions for making an infeasible problem feasible.
 
         The list is empty by default.
         """
         return []
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return figures that show all solutions, as a dict by name; by default, a front plot.
+        """Return a dict of figures that show all solutions. The default is a front plot.
 
         Points of the figure ``front`` are clickable in reports if their ``customdata`` is the row
         index of the solution.
@@ -239,7 +239,7 @@ class View:
         return {} if figure is None else {"front": figure}
 
     def default_front_figure(self, title: str = "") -> go.Figure | None:
-        """Return a scatter plot of the objectives, or None with more than three objectives."""
+        """Return a scatter plot of the objectives, or None if there are more than three."""
         from mgeo.figures.front import MAX_HOVER_TEXTS, MAX_OBJECTIVES, draw_front
 
         if self.problem.n_obj > MAX_OBJECTIVES:
@@ -249,14 +249,14 @@ class View:
         return draw_front(self.X, self.F, *get_column_names(self.problem), title, described)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return a list with the small figures of each solution, as one dict by name per solution.
+        """Return one dict of small figures per solution, keyed by figure name.
 
         Figures may be animated. There are none by default.
         """
         return [{} for _ in self.X]
 
     def figure_dicts(self) -> list[dict[str, dict[str, Any]]]:
-        """Return the `solution_figures` as dicts of data and layout instead of plotly objects.
+        """Return the `solution_figures` in plotly's JSON format instead of plotly objects.
 
         A dict has the keys ``data`` and ``layout`` of plotly's JSON format and may contain arrays.
         A subclass that builds the dicts directly avoids the validation by plotly, which takes 90 %
@@ -268,7 +268,7 @@ class View:
         ]
 
     def review(self) -> Review:
-        """Return the review document of a single solution; by default, metrics and constraints.
+        """Return a review document of a single solution. The default lists values and constraints.
 
         The view must have exactly one solution.
         """
@@ -281,28 +281,28 @@ class View:
         return Review(title, summary, (*problem, *sections))
 
     def infeasibility_reasons(self) -> list[str]:
-        """Return a list of one-line reasons why no design of the problem can be feasible.
+        """Return one-line reasons why no design of the problem can be feasible.
 
         An empty list, the default, if no such reason is known.
         """
         return []
 
     def facts(self) -> dict[str, str]:
-        """Return properties of the problem, as a dict of texts by label; empty by default.
+        """Return a dict that maps labels to short texts about the problem. The default is empty.
 
         ``--dry-run`` and reports show them.
         """
         return {}
 
     def notes(self) -> list[str]:
-        """Return a list of one-line notes on the problem, which ``--dry-run`` prints.
+        """Return one-line notes about the problem. The default is an empty list.
 
         The list is empty by default.
         """
         return []
 
     def front_summary(self, F: FloatArray) -> dict[str, float]:
-        """Return metrics of a front as a dict by name, for the tables of studies; empty by default.
+        """Return a dict of metrics of a front for the tables of studies. The default is empty.
 
         Parameters
         ----------
@@ -331,7 +331,7 @@ class View:
 
 
 def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None = None) -> View:
-    """Return the view that a problem defines for given solutions, or else a default `View`.
+    """Return the view of a problem for the given solutions.
 
     Parameters
     ----------
@@ -363,7 +363,7 @@ def build_view(problem: Problem, X: ArrayLike | None = None, F: FloatArray | Non
 
 
 def build_front_figure(view: View, title: str) -> go.Figure | None:
-    """Return the figure ``front`` of a view or, if it has none, a scatter plot of the objectives.
+    """Return the figure ``front`` of a view, or a scatter plot of the objectives by default.
 
     None if the view has no solutions.
     """
@@ -375,7 +375,7 @@ def build_front_figure(view: View, title: str) -> go.Figure | None:
 
 
 def compute_violations(G: FloatArray, H: FloatArray) -> FloatArray:
-    """Return the violation of each constraint, positive where the constraint is violated.
+    """Return the violation of each constraint, positive where it is violated.
 
     Parameters
     ----------
@@ -395,7 +395,7 @@ def compute_violations(G: FloatArray, H: FloatArray) -> FloatArray:
 
 
 def build_constraint_section(constraints: pd.DataFrame) -> Section:
-    """Return a section with a table of the constraints of one solution, smallest margins first.
+    """Return a section with the constraints of one solution, smallest margins first.
 
     Parameters
     ----------

@@ -36,12 +36,12 @@ _HIDDEN_PARAMETERS = ("sampling", "archive_size")  # Users cannot set these para
 
 
 def select_default_algorithm(robust: bool) -> str:
-    """Return the name of the default algorithm of ``mgeo solve``, or of ``mgeo solve --robust``."""
+    """Return the default algorithm of ``mgeo solve``, with or without ``--robust``."""
     return ROBUST_ALGORITHM if robust else DEFAULT_ALGORITHM
 
 
 def list_algorithms() -> list[str]:
-    """Return the names of all available algorithms; those of installed plugins come last."""
+    """Return the names of all algorithms: built-in algorithms, then installed plugins."""
     plugins = (plugin.name for plugin in discovery.list_plugins(discovery.ALGORITHMS))
     return list(dict.fromkeys([*ALGORITHMS, *plugins]))
 
@@ -102,7 +102,7 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
 def set_up(
     problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, initial_designs: int = 0
 ) -> Algorithm:
-    """Return a copy of an algorithm, set up for a problem and ready for its first generation.
+    """Return a copy of an algorithm that is set up for a problem and ready to run.
 
     The evaluator of the copy tolerates failed evaluations (see `mgeo.TolerantEvaluator`).
 
@@ -142,7 +142,7 @@ def set_up(
 
 
 def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
-    """Modify an algorithm in place to start from initial designs that its problem suggests.
+    """Make an algorithm start from initial designs suggested by its problem.
 
     The remaining initial designs come from the algorithm's own sampling.
 
@@ -170,7 +170,7 @@ def use_suggested_designs(algorithm: Algorithm, n_suggested: int) -> None:
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a dict of all parameters of an algorithm: given values, and defaults for the others.
+    """Return all parameters of an algorithm, with defaults for those not given.
 
     Raises
     ------
@@ -201,7 +201,7 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
 
 
 def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
-    """Return the default evaluation budget of a run, which is nearly equal for all algorithms.
+    """Return the default number of evaluations of a run.
 
     The budget is 5000 generations with one candidate per variable, as in the publications, rounded
     down to equal shares of the walkers: 59,760 evaluations for 12 variables and 30 walkers.
@@ -212,7 +212,7 @@ def compute_default_budget(algorithm: Algorithm, problem: Problem) -> int:
 
 
 def describe_algorithm(name: str) -> AlgorithmDocument:
-    """Describe an algorithm by name, label, description and parameters in a JSON-serializable dict.
+    """Return the name, description and parameters of an algorithm as a JSON-serializable dict.
 
     ``mgeo algorithms`` prints this dict.
 
@@ -281,7 +281,7 @@ def _is_basic_value(value: Any) -> bool:
 
 
 def _build_reference_directions(population: int, problem: Problem) -> NDArray[np.float64]:
-    """Return the largest set of Das-Dennis reference directions with at most `population` elements.
+    """Return the largest set of Das-Dennis directions that does not exceed `population`.
 
     Returns
     -------

@@ -21,7 +21,7 @@ MAX_SOLUTIONS = 10
 
 
 def select_nearest_solutions(algorithm: Algorithm) -> NearestSolutions:
-    """Return the infeasible solutions of a run that are nearest to feasibility, nearest first.
+    """Return the infeasible solutions that are closest to feasibility, closest first.
 
     Candidates are the optimum and the last population of the algorithm. Solutions with nondominated
     constraint violations come first, sorted by their total violation. Solutions with equal

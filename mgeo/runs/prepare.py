@@ -34,7 +34,7 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True, eq=False)
 class PreparedRun:
-    """Run that is ready to be solved: its configuration, problem and algorithm.
+    """Configuration, problem and algorithm of a run that is ready to start.
 
     A new run can be solved more than once, with equal results.
 
@@ -60,7 +60,7 @@ class PreparedRun:
 
     @classmethod
     def from_configuration(cls, configuration: RunConfiguration) -> PreparedRun:
-        """Build the problem and the algorithm of a configuration, and return the prepared run.
+        """Build the problem and the algorithm of a configuration.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class PreparedRun:
         folder: Path | None = None,
         max_time: float | None = None,
     ) -> Outcome:
-        """Run the algorithm until its budget is used or it is stopped, and return the outcome.
+        """Run the algorithm until its budget is used up or it is stopped, and return the outcome.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class PreparedRun:
         return metadata.model_dump(mode="json")
 
     def check(self) -> None:
-        """Raise an error if the configuration cannot be run; no design is evaluated.
+        """Check the configuration without evaluating any design.
 
         Raises
         ------
@@ -161,7 +161,7 @@ def prepare_run(
     refine: bool | None = False,
     record: bool = False,
 ) -> PreparedRun:
-    """Build the problem and the algorithm of a new run, and set unspecified settings to defaults.
+    """Build the problem and the algorithm of a new run, using defaults for omitted settings.
 
     The recommendations of the problem are used only if neither the algorithm, its parameters nor
     the budget are given, and `robust` is false.
@@ -253,7 +253,7 @@ def resume_run(
     problem: str | None = None,
     check: bool = True,
 ) -> PreparedRun:
-    """Restore a run from the last checkpoint in its folder, ready to be continued.
+    """Restore a run from the last checkpoint in its folder, so that it can continue.
 
     Parameters
     ----------

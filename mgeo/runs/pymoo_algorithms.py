@@ -43,8 +43,7 @@ _SAMPLINGS = {
 
 
 def replace_operators(kind: str, algorithm: Algorithm, name: str) -> None:
-    """Replace the operators of an algorithm in place by pymoo's operators for integer, binary or
-    mixed variables.
+    """Replace an algorithm's operators by those for integer, binary or mixed variables.
 
     Parameters
     ----------
@@ -93,7 +92,7 @@ def _add_rounding(operator: Any) -> Any:
 
 
 class SeededComparison:
-    """Tournament comparison function that breaks ties with the algorithm's random generator.
+    """Tournament comparison that breaks ties with the algorithm's random generator.
 
     Parameters
     ----------
@@ -107,7 +106,7 @@ class SeededComparison:
     def __call__(
         self, pop: Population, P: NDArray[np.int_], random_state: Any = None, **options: Any
     ) -> NDArray[np.int_]:
-        """Return the winner of each pair of individuals, as an index into the population.
+        """Return the population index of the winner of each pair.
 
         Parameters
         ----------
@@ -131,7 +130,7 @@ class SeededComparison:
 
 
 def use_seeded_generator(algorithm: Algorithm) -> None:
-    """Modify an algorithm, after its setup, to draw all random numbers from its seeded generator.
+    """Make an algorithm draw all random numbers from its own seeded generator.
 
     pymoo breaks ties in NSGA-III and selects elites in CMOPSO with unseeded random numbers, which
     makes runs irreproducible.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Refinement:
-    """Local refinement of a front by the method ``refine`` of its problem, iterable step by step.
+    """Local refinement of a front by its problem. Iterating performs one step at a time.
 
     A refined design replaces a solution of the front if it is feasible and no objective is worse.
     Further designs are added if they are feasible. The refinement is deterministic.
@@ -57,7 +57,7 @@ class Refinement:
         self._solutions: dict[int, Individual] = dict(enumerate(front))  # Keyed by row of X.
 
     def __iter__(self) -> Iterator[Population]:
-        """Refine the front step by step, and yield the evaluated designs of each step."""
+        """Refine the front step by step, and yield the designs evaluated in each step."""
         if not self._solutions:
             return
         previous = convert_designs_to_numbers(self._problem, self.solutions.get("X")).astype(float)
@@ -74,7 +74,7 @@ class Refinement:
 
     @property
     def solutions(self) -> Population:
-        """Refined front as a population: original or replaced solutions, then added solutions."""
+        """Solutions of the original front, improved where possible, followed by added solutions."""
         return Population.create(*(self._solutions[row] for row in sorted(self._solutions)))
 
     @property
@@ -83,7 +83,7 @@ class Refinement:
 
     @property
     def front(self) -> Population:
-        """Nondominated solutions of the refined front, as a population."""
+        """Nondominated solutions after the refinement."""
         archive, solutions = ParetoArchive(self._problem.n_obj), self.solutions
         archive.add(solutions.get("F").astype(float), solutions)
         return archive.individuals

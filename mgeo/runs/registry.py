@@ -10,7 +10,7 @@ DEFAULT_ALGORITHM, ROBUST_ALGORITHM = "mgeo-directed", "mgeo-staged"
 
 @dataclass(frozen=True)
 class AlgorithmRecord:
-    """Registry entry of a built-in algorithm: names, description, class and constructor arguments.
+    """Registry entry of a built-in algorithm.
 
     Attributes
     ----------

@@ -83,12 +83,12 @@ class SolveState(Callback):
             self.update_from_algorithm()
 
     def stop(self, reason: StopReason = "signal") -> None:
-        """End the run after the current generation, for the given reason."""
+        """End the run after the current generation, and store the reason."""
         self.stop_reason = reason
 
     @property
     def failures(self) -> dict[str, int]:
-        """Number of failed evaluations by cause, as a dict (see `mgeo.TolerantEvaluator`)."""
+        """Number of failed evaluations for each cause of failure."""
         return dict(self.algorithm.evaluator.causes)
 
     @property
@@ -98,18 +98,18 @@ class SolveState(Callback):
 
     @property
     def checkpoint_error(self) -> str | None:
-        """Error of the latest attempt to write a checkpoint; None if it succeeded."""
+        """Error message of the last attempt to write a checkpoint, or None if it succeeded."""
         error = None if self.checkpoint is None else self.checkpoint.error
         return None if error is None else str(error)
 
     def select_feasible_solutions(self) -> Population:
-        """Return the feasible solutions of the current front, as a pymoo population."""
+        """Return the feasible solutions of the current front."""
         if not len(self._front):
             return Population()
         return self._front[self._front.get("feas") & find_successful(self._front)]
 
     def build_front(self) -> tuple[FloatArray, FloatArray]:
-        """Return the variables and the objectives of the feasible solutions of the current front.
+        """Return the variables and objectives of the feasible solutions of the current front.
 
         Returns
         -------
@@ -124,7 +124,7 @@ class SolveState(Callback):
         return convert_designs_to_numbers(self.problem, X).astype(float), F
 
     def compute_hypervolume(self, F: FloatArray) -> float | None:
-        """Return the hypervolume of a front, or None while its objectives are low-fidelity values.
+        """Return the hypervolume of a front, or None during low-fidelity evaluations.
 
         The result is also None if the problem has no indicator space, see
         `mgeo.runs.hypervolume.compute_hypervolume`.
@@ -139,7 +139,7 @@ class SolveState(Callback):
             self.n_low_fidelity = self.n_evaluations
 
     def refine(self) -> bool:
-        """Let the problem refine the front locally; return whether the refinement was completed."""
+        """Refine the front locally, and return True unless the refinement was stopped."""
         self.refinement = Refinement(self.problem, self.select_feasible_solutions())
         for _ in self.refinement:
             self._front = self.refinement.front
@@ -159,7 +159,7 @@ class SolveState(Callback):
             algorithm.termination.update(algorithm)
 
     def _check_stop(self) -> None:
-        """Check the time limit and call the callback. Both may stop the run."""
+        """Check the time limit and call the callback, either of which may stop the run."""
         if self._deadline is not None and time.monotonic() >= self._deadline:
             self.stop("max_time")
         if self._callback is not None:
@@ -167,7 +167,7 @@ class SolveState(Callback):
 
 
 def solve(state: SolveState, *, refine: bool = False) -> Outcome:
-    """Run an algorithm until its budget is used or it is stopped, and return the outcome.
+    """Run an algorithm until its budget is used up or it is stopped, and return the outcome.
 
     The last generation is completed, so the budget can be exceeded slightly. A KeyboardInterrupt
     ends the run immediately, with the result of the last complete generation. A failed evaluation
@@ -249,7 +249,7 @@ def _build_outcome(state: SolveState, reason: StopReason) -> Outcome:
 
 
 def stack_values(solutions: Population, key: str, n_columns: int) -> FloatArray:
-    """Return objectives or constraint values as a float array with one row per solution.
+    """Return objectives or constraint values as a float array, one row per solution.
 
     Parameters
     ----------

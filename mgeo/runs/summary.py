@@ -27,7 +27,7 @@ _MAX_RELAXATIONS = 3  # Maximum number of suggested combinations of constraints 
 
 @dataclass(frozen=True)
 class RepresentativeSolution:
-    """Representative solution of a front: its row in the front, and the reason for its selection.
+    """Solution that is selected to represent a front, with the reason for its selection.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class RepresentativeSolution:
 
 @dataclass(frozen=True)
 class FrontSummary:
-    """Summary of a front: the recommended solution, about five solutions, and warnings.
+    """Summary of a front: recommended solution, representative solutions, and warnings.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class FrontSummary:
 
 
 def summarize_front(view: View) -> FrontSummary:
-    """Summarize the front that a view presents, which has at least one solution."""
+    """Summarize the front shown by a view, which must contain at least one solution."""
     recommended = select_default_solution(view.problem, view.F)
     solution = view.select([recommended.row])
     (text,) = call_optional(solution, View.summaries)
@@ -108,7 +108,7 @@ def _list_violated(constraints: pd.DataFrame) -> list[str]:
 
 
 def select_representative_solutions(problem: Problem, F: ArrayLike) -> list[RepresentativeSolution]:
-    """Return about five representative solutions of a front: extremes, knee, and points in between.
+    """Return about five solutions of a front: extremes, knee, and points between them.
 
     The solutions are sorted by the first objective. There are more than five if the front has more
     than four objectives, and fewer if the front is smaller. Distances are computed in the problem's
@@ -143,7 +143,8 @@ def select_representative_solutions(problem: Problem, F: ArrayLike) -> list[Repr
 
 
 def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
-    """Return the default solution of a front: its knee or, without a knee, the best of objective 1.
+    """Return the knee of a front or, without a knee, the solution with the smallest first
+    objective.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ def select_default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSol
 
 
 def find_extremes(points: NDArray[np.float64]) -> list[int]:
-    """Return the index of the point with the smallest value of each objective, as a list.
+    """Return the index of the best point in each objective.
 
     Ties are broken by the sum of all objectives.
     """
@@ -174,7 +175,7 @@ def find_extremes(points: NDArray[np.float64]) -> list[int]:
 
 
 def find_knee(points: NDArray[np.float64]) -> int | None:
-    """Return the index of the knee, the point that is farthest from the plane through the extremes.
+    """Return the index of the knee: the point farthest from the plane through the extremes.
 
     Only points on the side of the ideal point are considered.
 
@@ -191,13 +192,13 @@ def find_knee(points: NDArray[np.float64]) -> int | None:
 
 
 def _scale_front(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Map a front into the indicator space of its problem, or to [0, 1] if it defines none."""
+    """Map a front to the problem's indicator space or, if there is none, to [0, 1]."""
     space = get_indicator_map(problem)
     return space(front) if space else scale_objectives(front, front.min(axis=0), front.max(axis=0))
 
 
 def _compute_normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit normal, away from the ideal point, of the plane through the extremes."""
+    """Return the unit normal of the extremes' plane, pointing away from the ideal point."""
     diagonal = np.full(corners.shape[1], corners.shape[1] ** -0.5)
     _, sizes, rows = np.linalg.svd(corners[1:] - corners[0])
     if len(sizes) and sizes[-1] < _FLATNESS_TOLERANCE:
@@ -207,7 +208,7 @@ def _compute_normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], n_rows: int) -> list[int]:
-    """Return indices of further points, each farthest from all points selected before it."""
+    """Repeatedly select the point that is farthest from all points selected so far."""
     added: list[int] = []
     while len(chosen) + len(added) < min(n_rows, len(points)):
         selected = points[chosen + added]
@@ -219,7 +220,7 @@ def _select_spread_rows(points: NDArray[np.float64], chosen: list[int], n_rows: 
 
 @dataclass(frozen=True)
 class ConstraintMargin:
-    """Margin between one solution and the bound of one constraint, negative if it is violated.
+    """Margin of one constraint in one solution, negative if the constraint is violated.
 
     Attributes
     ----------
@@ -262,7 +263,7 @@ class ConstraintMargin:
         return f"{self.name}: {self.value:.4g}{self._unit_suffix}, {required}: {text}"
 
     def format_relaxation(self) -> str:
-        """Format the smallest relaxation of the bound with which the constraint is satisfied.
+        """Return text that states by how much the bound must be relaxed.
 
         The value has three significant digits and is rounded up.
         """
@@ -274,7 +275,7 @@ class ConstraintMargin:
 
 
 def list_constraint_margins(view: View) -> list[list[ConstraintMargin]]:
-    """Return the margins of all constraints, as one list for each solution that a view presents.
+    """Return the constraint margins of each solution in a view.
 
     Returns
     -------
@@ -296,7 +297,7 @@ def _parse_margins(tables: list[pd.DataFrame]) -> list[list[ConstraintMargin]]:
 
 @dataclass(frozen=True)
 class Violation:
-    """Constraint that is violated by the solutions nearest to feasibility.
+    """Constraint violated by at least one of the solutions closest to feasibility.
 
     Attributes
     ----------
@@ -316,7 +317,7 @@ class Violation:
 
 @dataclass(frozen=True)
 class InfeasibilityReport:
-    """Report on a run without a feasible solution: violated constraints, and suggestions.
+    """Violated constraints of a run without a feasible solution, with suggestions.
 
     Attributes
     ----------
@@ -330,7 +331,7 @@ class InfeasibilityReport:
     suggestions: tuple[str, ...]
 
     def build_table(self) -> pd.DataFrame:
-        """Return the violations as a table with the smallest violation of each constraint.
+        """Return a table with the smallest violation of each constraint.
 
         Columns: ``unit``, ``value``, ``bound`` and ``violation``; and ``violated by``, the number
         of violating solutions. Columns without content are left out.
@@ -354,7 +355,7 @@ class InfeasibilityReport:
 
 
 def explain_infeasibility(view: View) -> InfeasibilityReport:
-    """Report which constraints the solutions of a view violate, and suggest ways to satisfy them.
+    """Report which constraints the solutions of a view violate, and suggest remedies.
 
     Parameters
     ----------

@@ -24,8 +24,7 @@ TARGET_DISTANCES = 10.0 ** np.linspace(-0.1, -5.0, 50)
 def compute_problem_values(
     comparisons: Mapping[str, Comparison], per_variable: bool = False
 ) -> pd.DataFrame:
-    """Compute the median default indicator of each algorithm over its runs, one row per problem and
-    evaluation count.
+    """Compute the median indicator of each algorithm for every problem and evaluation count.
 
     Failed runs are omitted, and the sign of the indicator is such that larger is better. For a run
     with zero hypervolume, the negative additive epsilon is used instead, so that fronts beyond the
@@ -55,8 +54,7 @@ def compute_problem_values(
 
 
 def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
-    """Compute the average ranks of the algorithms over all problems, and test each algorithm
-    against a control algorithm.
+    """Rank the algorithms over all problems, and test them against a control algorithm.
 
     Ranks are averaged for each evaluation count that all problems have in common. Instances and
     sizes of one function are not independent problems, so each function counts once: ranks are
@@ -108,7 +106,7 @@ def compute_average_ranks(values: pd.DataFrame, control: str | None = None) -> p
 
 
 def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
-    """Apply Friedman's test to the median indicators of each problem at the end of its budget.
+    """Apply Friedman's test to the final median indicators of the algorithms.
 
     Each function is one block: the ranks on its problems are averaged.
 
@@ -130,8 +128,7 @@ def compute_friedman_test(values: pd.DataFrame) -> FriedmanResult | None:
 
 
 def compute_runtimes(comparisons: Mapping[str, Comparison]) -> dict[str, FloatArray]:
-    """Return the runtimes of each algorithm, in evaluations per variable until a run reaches a
-    hypervolume target.
+    """Return the evaluations per variable that each run needs to reach hypervolume targets.
 
     The targets of a problem are below the best final hypervolume of all runs by the shares
     `TARGET_DISTANCES`. Runtimes are resolved to the evaluation counts of the study. Failed runs
@@ -171,8 +168,7 @@ def compute_runtimes(comparisons: Mapping[str, Comparison]) -> dict[str, FloatAr
 
 
 def compute_runtime_distribution(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Return the share of hypervolume targets that each algorithm reaches within a number of
-    evaluations per variable.
+    """Return the share of hypervolume targets that each algorithm reaches over its evaluations.
 
     Parameters
     ----------
@@ -222,7 +218,7 @@ def _build_problem_rows(
 def _rank_algorithms(
     values: pd.DataFrame, functions: pd.Series[str], control: str | None
 ) -> list[dict[str, object]]:
-    """Rank the algorithms and test each against the control; return one dict per algorithm.
+    """Rank the algorithms, and test each one against the control.
 
     Parameters
     ----------
@@ -261,9 +257,7 @@ def _rank_algorithms(
 
 
 def _signed_rank_test(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
-    """Return the two-sided p value of Wilcoxon's signed-rank test for signed ranks that are
-    averaged over each block.
-    """
+    """Return the two-sided p value of Wilcoxon's signed-rank test on ranks averaged by block."""
     is_different = a != b
     differences = a[is_different] - b[is_different]
     signed = np.sign(differences) * scipy.stats.rankdata(np.abs(differences))

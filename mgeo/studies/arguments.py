@@ -14,7 +14,7 @@ DEFAULT_GRID_SIZE = 50
 def label_algorithms(
     algorithms: Mapping[str, Algorithm] | Iterable[Algorithm],
 ) -> dict[str, Algorithm]:
-    """Return the algorithms as a dict keyed by label, which is the class name by default.
+    """Return a dict that maps labels to algorithms. The default label is the class name.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def label_algorithms(
 
 
 def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
-    """Convert the argument `seeds` to a tuple. An integer n stands for the seeds 1 to n.
+    """Return the seeds as a tuple. An integer n stands for the seeds 1 to n.
 
     Raises
     ------
@@ -63,8 +63,7 @@ def expand_seeds(seeds: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def expand_grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
-    """Return the evaluation counts at which fronts are evaluated, ending with `n_eval`. An integer
-    `grid` stands for equal steps.
+    """Return the ascending evaluation counts at which to evaluate fronts, ending with `n_eval`.
 
     Parameters
     ----------

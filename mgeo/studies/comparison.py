@@ -35,12 +35,12 @@ class ComparisonWarning(RuntimeWarning):
 
 
 class FailedRunsWarning(ComparisonWarning):
-    """Warning that all runs of an algorithm failed, so that the comparison omits the algorithm."""
+    """Warning that a comparison omits an algorithm because all its runs failed."""
 
 
 @dataclass(frozen=True, eq=False)
 class SignificanceTests:
-    """Statistical tests of the differences between algorithms in one quality indicator.
+    """Statistical tests of the differences between algorithms in one indicator.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class SignificanceTests:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """Runs of several algorithms on one problem, with the quality indicators of their fronts.
+    """Runs of several algorithms on one problem, with quality indicators of their fronts.
 
     The indicators of all runs are computed in one indicator space. The representation is the
     `format_overview` after `n_eval` evaluations.
@@ -125,12 +125,12 @@ class Comparison:
 
     @property
     def indicators(self) -> list[Indicator]:
-        """List of the quality indicators of a front; the first is the default of all methods."""
+        """Quality indicators of a whole front. The first one is the default in all methods."""
         return select_indicators(self.problem.n_obj)
 
     @property
     def part_indicators(self) -> list[Indicator]:
-        """Hypervolume indicators of the parts of a front, one per range of the first objective.
+        """Hypervolume indicators of the parts into which the first objective divides a front.
 
         The list is empty if the parts were not evaluated.
         """
@@ -142,16 +142,16 @@ class Comparison:
 
     @property
     def all_indicators(self) -> list[Indicator]:
-        """List of the quality indicators of a whole front, followed by those of its parts."""
+        """Quality indicators of a whole front, followed by those of its parts."""
         return [*self.indicators, *self.part_indicators]
 
     @property
     def objectives(self) -> tuple[str, ...]:
-        """Names of the objectives of the problem, with their units."""
+        """Names of the objectives, with units."""
         return get_column_names(self.problem)[1]
 
     def select_indicator(self, name: str | None = None) -> Indicator:
-        """Return the quality indicator with the given name, or the default indicator for None.
+        """Return the quality indicator with a given name, or the default indicator for None.
 
         Raises
         ------
@@ -164,11 +164,11 @@ class Comparison:
         return indicators[name or next(iter(indicators))]
 
     def select_final_rows(self) -> pd.DataFrame:
-        """Return a table of the indicator values of each run after `n_eval` evaluations."""
+        """Return the rows of `table` after `n_eval` evaluations, one per run."""
         return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
 
     def list_fronts(self, algorithm: str) -> list[FloatArray]:
-        """Return the objectives of the final fronts of an algorithm, as one array per finished run.
+        """Return the objectives of the final front of each finished run of an algorithm.
 
         Returns
         -------
@@ -177,8 +177,7 @@ class Comparison:
         return [r.front_F for (name, _), r in self.finished_runs.items() if name == algorithm]
 
     def describe_failures(self, label: str, *, all_failed_only: bool = False) -> list[str]:
-        """Describe the failed runs of each algorithm in one sentence, with their number and the
-        first error.
+        """Describe the failed runs in one sentence per algorithm, with the first error message.
 
         Parameters
         ----------
@@ -198,8 +197,7 @@ class Comparison:
         return sentences
 
     def collect_final_values(self, indicator: str | None = None) -> dict[str, FloatArray]:
-        """Return the final indicator values of each algorithm. Values are negated if lower is
-        better.
+        """Return the final indicator values of each algorithm, negated if lower is better.
 
         Parameters
         ----------
@@ -218,7 +216,7 @@ class Comparison:
         }
 
     def rank_algorithms(self, indicator: str | None = None) -> list[str]:
-        """Return the labels of all algorithms with finished runs, sorted by mean rank, best first.
+        """Return the algorithms with finished runs, sorted by mean rank, best first.
 
         The statistical tests use the same mean rank. A few outlying runs affect it less than
         they affect the mean.
@@ -236,7 +234,7 @@ class Comparison:
         return [str(name) for name in mean_ranks(self.collect_final_values(indicator)).index]
 
     def find_median_seed(self, algorithm: str) -> int | None:
-        """Return the seed of an algorithm's median run, by the default indicator.
+        """Return the seed of the median run of an algorithm by the default indicator.
 
         For an even number of runs, the better of the two middle runs is selected.
 
@@ -255,7 +253,7 @@ class Comparison:
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
     def summarize(self) -> pd.DataFrame:
-        """Build a table of statistics of each algorithm's final indicator values.
+        """Compute statistics of the final indicator values of each algorithm.
 
         Returns
         -------
@@ -272,7 +270,7 @@ class Comparison:
         return statistics.reindex(self.algorithms)
 
     def test_differences(self, indicator: str | None = None) -> SignificanceTests:
-        """Test the differences between algorithms in one indicator, both pairwise and overall.
+        """Test the differences between algorithms in one indicator, pairwise and overall.
 
         Pairs are compared by the Mann-Whitney test with Holm's correction and an effect size, all
         algorithms together by the Kruskal-Wallis test. A finished run without a front has the worst
@@ -295,8 +293,7 @@ class Comparison:
         )
 
     def format_overview(self) -> pd.DataFrame:
-        """Return a text table with the mean ± standard deviation of each indicator for each
-        algorithm.
+        """Return a text table with the mean ± standard deviation of each indicator.
 
         The first column is the number of finished runs. Indicator columns are named by the titles
         of the indicators.
@@ -310,7 +307,7 @@ class Comparison:
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """Return the table of `format_overview` as LaTeX, with the best algorithms marked.
+        """Return the overview table in LaTeX, with the best algorithms marked.
 
         For each indicator, the best mean is bold, and algorithms without a significant difference
         from the best one are marked.
@@ -318,11 +315,11 @@ class Comparison:
         return build_problem_table(self).to_latex()
 
     def to_markdown(self) -> str:
-        """Return the table of `format_overview` as Markdown, with the best algorithms marked."""
+        """Return the overview table in Markdown, with the best algorithms marked."""
         return build_problem_table(self).to_markdown()
 
     def draw_figures(self) -> dict[str, go.Figure]:
-        """Draw all figures that apply to the problem, and return them keyed by name.
+        """Draw all figures that apply to the problem, and return them in a dict keyed by name.
 
         The names are ``anytime``, ``boxes``, ``fronts`` (two or three objectives), ``panels``,
         ``attainment`` and ``difference`` (two objectives). ``difference`` compares the two best
@@ -346,7 +343,7 @@ class Comparison:
 
 
 def _format_mean_and_sd(mean: float, sd: float) -> str:
-    """Format mean ± standard deviation with two significant digits of the standard deviation."""
+    """Format mean ± standard deviation, rounded to two significant digits of the deviation."""
     if not np.isfinite(mean):
         return "-" if np.isnan(mean) else str(mean)
     if not np.isfinite(sd) or sd == 0:

@@ -81,7 +81,7 @@ def write_comparison(
 def read_comparison(
     folder: Path | str, *, problem: Problem | None = None, trusted_classes: Collection[str] = ()
 ) -> Comparison:
-    """Read a finished comparison from its folder, without repeating its runs.
+    """Read a finished comparison from its folder without repeating any runs.
 
     Tables, tests and figures equal the original ones. The finished runs contain only the final
     fronts, and the indicator space has no reference front. Without ``fronts.csv``, there are no
@@ -156,7 +156,7 @@ def read_comparison(
 def read_comparisons(
     folder: Path | str, *, trusted_classes: Collection[str] = ()
 ) -> dict[str, Comparison]:
-    """Read all finished comparisons of a study from its folder, as a dict keyed by problem label.
+    """Read all finished comparisons of a study, and return them in a dict keyed by problem label.
 
     The problems are in the order of the study file. Unfinished ones are omitted.
 
@@ -204,7 +204,7 @@ def read_comparisons(
 
 
 def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
-    """Return the folder that stores the results of one problem of a study.
+    """Return the folder with the results of one problem of a study.
 
     The results are in the folder of the study if it has one problem, otherwise in a subfolder.
     """
@@ -212,7 +212,7 @@ def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
 
 
 def format_folder_name(label: str) -> str:
-    """Convert a label to a valid folder name. Different labels give different names.
+    """Convert a label to a valid folder name, distinct for each label.
 
     In labels that consist only of lower-case words, digits and underscores, spaces are replaced by
     hyphens. In other labels, further characters are replaced as well, and the name ends in ``~``

@@ -23,7 +23,7 @@ from mgeo.studies.study_file import Study
 
 
 def format_conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
-    """Return sentences that name the best algorithm and compare it with every other algorithm.
+    """Return sentences that name the best algorithm and compare it with the others.
 
     The first sentences describe the default indicator. Further sentences describe the other
     indicators, and the parts of the front on which the best algorithm is significantly worse.
@@ -82,7 +82,7 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
 
 
 def format_test_method(is_control: bool) -> str:
-    """Return the name of the test of two algorithms on one problem, with its correction."""
+    """Return the name and correction of the test that compares two algorithms on a problem."""
     pairs = "the pairs of this algorithm" if is_control else "all pairs"
     return (
         f"Mann-Whitney test at {100 * SIGNIFICANCE_LEVEL:g} %, with Holm's correction for {pairs}"
@@ -91,7 +91,7 @@ def format_test_method(is_control: bool) -> str:
 
 @dataclass(frozen=True, eq=False)
 class StudySummary:
-    """Results of one algorithm of a study against every other algorithm, over all problems.
+    """Comparison of one algorithm with every other algorithm, over all problems of a study.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class StudySummary:
 def summarize_study(
     comparisons: Mapping[str, Comparison], control: str | None = None
 ) -> StudySummary | None:
-    """Compare the control or the best algorithm of a study with every other one over all problems.
+    """Compare the control, or else the best algorithm, with every other algorithm of a study.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def _format_summary(
 
 
 def list_warnings(comparisons: Mapping[str, Comparison], control: str | None = None) -> list[str]:
-    """Return sentences on failed runs and on conditions that limit the validity of a study.
+    """Return sentences about failed runs and other limitations of a study.
 
     A note that applies to several problems is returned once, with the labels of these problems.
 
@@ -222,7 +222,7 @@ def list_warnings(comparisons: Mapping[str, Comparison], control: str | None = N
 
 
 def _warn_of_few_seeds(comparisons: Mapping[str, Comparison], control: str | None) -> list[str]:
-    """Return a sentence if no result of one problem can be significant with the number of seeds."""
+    """Return a sentence if there are too few seeds for a significant result on one problem."""
     n_seeds = min(c.table["seed"].nunique() for c in comparisons.values())
     n_algorithms = max(len(c.algorithms) for c in comparisons.values())
     if n_algorithms < 2 or (len(comparisons) > 1 and n_seeds == 1):
@@ -239,12 +239,12 @@ def _warn_of_few_seeds(comparisons: Mapping[str, Comparison], control: str | Non
 
 
 def _smallest_p(n_seeds: int, n_pairs: int) -> float:
-    """Return the p value of the Mann-Whitney test of separated samples, with Holm's correction."""
+    """Return the smallest possible p value of the Mann-Whitney test, with Holm's correction."""
     return n_pairs * 2.0 / math.comb(2 * n_seeds, n_seeds)
 
 
 def format_criterion(comparisons: Mapping[str, Comparison]) -> str:
-    """Return the criterion by which algorithms rank, such as "largest median hypervolume"."""
+    """Return the ranking criterion as text, such as "largest median hypervolume"."""
     indicators = {c.select_indicator().name: c.select_indicator() for c in comparisons.values()}
     if len(indicators) > 1:
         return "best median indicator"
@@ -253,7 +253,7 @@ def format_criterion(comparisons: Mapping[str, Comparison]) -> str:
 
 
 def join_names(names: Iterable[str], n_max: int = 6) -> str:
-    """Join names as text, with commas and "and"; further names than `n_max` are only counted."""
+    """Join names with commas and "and", and replace names beyond `n_max` by their number."""
     shown = list(map(str, names))
     if len(shown) > n_max:
         shown = [*shown[:n_max], f"{len(shown) - n_max} more"]
@@ -263,7 +263,7 @@ def join_names(names: Iterable[str], n_max: int = 6) -> str:
 def compare_with_rivals(
     comparison: Comparison, name: str, indicator: str | None = None, *, is_control: bool = False
 ) -> pd.DataFrame:
-    """Return a table of effect sizes and p values of one algorithm against every other algorithm.
+    """Compare one algorithm with every other algorithm by effect sizes and p values.
 
     Parameters
     ----------
@@ -304,7 +304,7 @@ def compare_with_rivals(
 
 
 def build_test_table(comparison: Comparison, control: str | None = None) -> pd.DataFrame:
-    """Return the tests of all pairs of algorithms in all indicators.
+    """Return the tests of all pairs of algorithms, for all indicators.
 
     Returns
     -------
@@ -326,7 +326,7 @@ def build_test_table(comparison: Comparison, control: str | None = None) -> pd.D
 def format_control_table(
     comparison: Comparison, control: str, indicators: Sequence[Indicator]
 ) -> pd.DataFrame:
-    """Format the effect sizes and p values of the control against every other algorithm as a table.
+    """Format the effect sizes and p values of the control against the other algorithms.
 
     There are two columns per indicator. The other algorithms are sorted by the default indicator.
     p values are corrected for the pairs of the control, see `compare_with_rivals`.
@@ -341,7 +341,7 @@ def format_control_table(
 
 
 def find_published_values(study: Study, comparison: Comparison) -> PublishedTable | None:
-    """Return the published values, or None if they belong to another number of evaluations."""
+    """Return the published values, or None if they are for another number of evaluations."""
     published = study.published
     if published is None or published.evaluations not in (None, comparison.n_eval):
         return None
@@ -349,8 +349,7 @@ def find_published_values(study: Study, comparison: Comparison) -> PublishedTabl
 
 
 def format_published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
-    """Return a text table with one row per algorithm, which shows published indicator values beside
-    the measured mean ± standard deviation.
+    """Return a text table of published and measured indicator values, one row per algorithm.
 
     The last column is the measured default indicator.
 

@@ -65,7 +65,7 @@ def compare(
     progress: bool = True,
     title: str | None = None,
 ) -> Comparison:
-    """Run all algorithms with all seeds on a problem, and compare the fronts by quality indicators.
+    """Run all algorithms with all seeds on a problem, and compare their fronts.
 
     The front of a run is the set of nondominated points among *all* its evaluations, independent of
     the population that the algorithm keeps. Its indicators are computed after each evaluation count
@@ -257,7 +257,7 @@ class Experiment:
     def _make_runs(
         self, tasks: Mapping[RunKey, Task], reusable_keys: Sequence[RunKey]
     ) -> dict[RunKey, RunResult]:
-        """Execute all runs that are not stored yet; return all results keyed by algorithm and seed.
+        """Execute all runs that are not stored yet, and return the results of all runs.
 
         Each run is stored as it finishes.
 

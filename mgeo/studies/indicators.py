@@ -41,7 +41,7 @@ class NoFeasibleSolutionError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class IndicatorSpace:
-    """Scaled objective space in which the quality indicators of all runs are computed.
+    """Scaled objective space in which quality indicators are computed.
 
     Calling the space maps objectives into it.
 
@@ -75,7 +75,7 @@ class IndicatorSpace:
     cuts: tuple[float, ...] = ()
 
     def __call__(self, F: FloatArray) -> FloatArray:
-        """Return objectives, shape (n, n_obj), mapped into this space."""
+        """Map objectives of shape (n, n_obj) into this space."""
         if not len(F):
             return np.empty((0, len(self.ideal)))
         F = F if self.transform is None else np.asarray(self.transform(F), dtype=float)
@@ -103,7 +103,7 @@ def build_indicator_space(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> IndicatorSpace:
-    """Build the scaled objective space in which the indicators of a comparison are computed.
+    """Build the scaled objective space for the indicators of a comparison.
 
     The scaling comes from `bounds` if given, otherwise from ``map_to_indicator_space`` of the
     problem if it is defined; the reference point is then (1, ..., 1). Otherwise, the nondominated
@@ -175,7 +175,7 @@ def validate_space_arguments(
     reference_front: ArrayLike | None = None,
     parts: Sequence[float] | None = None,
 ) -> tuple[tuple[FloatArray, FloatArray] | None, FloatArray | None, list[float] | None]:
-    """Validate the arguments that define an indicator space, and return them as arrays and lists.
+    """Validate the arguments that define an indicator space, and convert them to arrays.
 
     Returns
     -------
@@ -219,8 +219,7 @@ def validate_space_arguments(
 def _divide_front(
     space: IndicatorSpace, front: FloatArray, points: FloatArray, part_values: list[float] | None
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the values of the first objective that separate the parts of the front, as a tuple
-    of unscaled values and a tuple of scaled values.
+    """Return the values of the first objective that divide the front, unscaled and scaled.
 
     A given value is mapped together with the other objectives of a point of the reference front,
     because the space scales each objective separately.
@@ -247,7 +246,7 @@ IndicatorFunction = Callable[[FloatArray, IndicatorSpace], float]
 
 @dataclass(frozen=True)
 class Indicator:
-    """Quality indicator of a front, such as the hypervolume, with its name, direction and function.
+    """Quality indicator of a front, such as the hypervolume.
 
     Attributes
     ----------
@@ -267,7 +266,7 @@ class Indicator:
     measure: IndicatorFunction
 
     def evaluate(self, points: FloatArray, space: IndicatorSpace) -> float:
-        """Return the indicator value of a front, or the worst value if the front is empty.
+        """Return the indicator value of a front, or the worst value for an empty front.
 
         Parameters
         ----------
@@ -286,7 +285,7 @@ class Indicator:
         return "higher is better" if self.is_maximized else "lower is better"
 
     def negate_if_minimized(self, values: Any) -> Any:
-        """Return the indicator values, negated if lower values are better."""
+        """Return the values, negated if lower values are better."""
         return values if self.is_maximized else -values
 
 
@@ -297,7 +296,7 @@ def _use_reference_front(measure: Callable[..., float]) -> IndicatorFunction:
 def _hypervolume_between(
     points: FloatArray, space: IndicatorSpace, low: float = -np.inf, high: float = np.inf
 ) -> float:
-    """Return the hypervolume of a front within a range of the first objective."""
+    """Compute the hypervolume of a front within a range of the first objective."""
     end = space.reference_point.copy()
     end[0] = min(high, end[0])
     within = points[points[:, 0] < end[0]].copy()
@@ -323,7 +322,7 @@ INDICATORS = (
 
 
 def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicator]:
-    """Return one hypervolume indicator per part of a front (a range of the first objective).
+    """Build one hypervolume indicator for each part of a front.
 
     The values of all parts add up to the hypervolume. The last part ends at the reference
     point.
@@ -352,7 +351,7 @@ def build_part_indicators(space: IndicatorSpace, objective: str) -> list[Indicat
 
 
 def select_indicators(n_obj: int) -> list[Indicator]:
-    """Return the list of quality indicators that apply to a number of objectives.
+    """Return the quality indicators that apply to the given number of objectives.
 
     The hypervolume, which is computed exactly, is included up to `MAX_OBJECTIVES` objectives.
     """
@@ -367,7 +366,7 @@ def select_indicators(n_obj: int) -> list[Indicator]:
 def build_indicator_rows(
     problem: Problem, run: StudyRun, grid: Sequence[int], space: IndicatorSpace
 ) -> list[dict[str, Any]]:
-    """Return the indicator values of a run, as one dict per evaluation count of the grid.
+    """Compute the indicators of a run, in one dict per evaluation count of the grid.
 
     Each dict has ``evaluations``, the indicators, the hypervolume of each part, the number of
     ``points`` on the front (at most 1 for a single objective), and the values of

@@ -37,8 +37,9 @@ _MAX_ARRAY_SIZE = 100  # Larger arrays are described by shape and hash.
 
 @contextmanager
 def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterator[None]:
-    """Context manager that locks a study folder. A new study stores its plan; a resumed study must
-    match the stored plan.
+    """Context manager that locks a study folder and checks the stored plan.
+
+    A new study stores its plan, which a resumed study must match.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterat
 
 
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
-    """Describe an algorithm by its class and its specific attributes, as a JSON-serializable dict.
+    """Return the class and the specific attributes of an algorithm as a JSON-serializable dict.
 
     Attributes that every pymoo algorithm has are omitted.
     """
@@ -85,7 +86,7 @@ def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:
 
 
 def describe_problem(problem: Problem) -> dict[str, Any]:
-    """Return the class and the options of a problem as a JSON-serializable dict.
+    """Return the class and options of a problem as a JSON-serializable dict.
 
     The public attributes take the place of the options if the problem does not define options.
     """
@@ -99,7 +100,7 @@ def describe_problem(problem: Problem) -> dict[str, Any]:
 
 
 def describe_value(value: Any, depth: int = _MAX_DEPTH) -> Any:
-    """Convert any value to JSON values. An object becomes a dict of its class and attributes.
+    """Convert any value to JSON values. Objects become dicts of their class and attributes.
 
     Attributes are converted recursively to `depth` levels of nested objects. Large arrays are
     replaced by their shape and hash. Objects with equal descriptions may still behave differently.
@@ -131,7 +132,7 @@ _find_distributions = cache(packages_distributions)
 
 
 def list_study_versions(*objects: Any) -> dict[str, str]:
-    """Return the versions of Python, mgeo and all packages that define the given objects.
+    """Return the versions of Python, mgeo and the packages that define the given objects.
 
     Parameters
     ----------

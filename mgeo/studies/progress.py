@@ -14,7 +14,7 @@ ProgressCallback = Callable[[str, int, str], None]
 def show_progress(
     title: str, n_runs: int, n_reused: int | None, *, enabled: bool
 ) -> Iterator[ProgressCallback]:
-    """Context manager that reports the progress of the runs of a comparison on stderr.
+    """Context manager that reports the progress of a comparison on stderr.
 
     The display shows the number of reused runs, each failed run and, on a terminal, a progress bar.
     Without rich, which comes with ``mgeo[cli]``, only the number of reused runs is shown.

@@ -40,7 +40,7 @@ from mgeo.validation.arguments import format_suggestion
 
 
 def render_problem_page(study: Study, label: str, comparison: Comparison) -> str:
-    """Return the HTML of the report page of one problem: conclusions, tables, figures and method.
+    """Render the report page of one problem as HTML.
 
     If the study has several problems, the page loads the plotting library from the folder of the
     study.
@@ -91,7 +91,7 @@ def render_study_page(
     ranks: pd.DataFrame,
     errors: Sequence[str] = (),
 ) -> str:
-    """Return the HTML of a study's report page over all problems: conclusions, ranks and runtimes.
+    """Render the report page over all problems of a study as HTML.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def render_study_page(
 def draw_study_figures(
     comparisons: Mapping[str, Comparison], names: Sequence[str] = ()
 ) -> dict[str, go.Figure]:
-    """Draw all figures of a study, or the named ones, and return them as a dict by name.
+    """Draw the figures of a study, and return them in a dict keyed by name.
 
     Names are valid file names. For several problems, the names are ``ranks``, ``targets``, and the
     figures of each problem with the name of its folder, such as ``zdt1-anytime``. The anytime

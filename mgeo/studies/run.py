@@ -49,7 +49,7 @@ class Task:
 
 
 def run_task(task: Task) -> StudyRun | str:
-    """Execute a run and return it as a `StudyRun`. If the run fails, return the error message.
+    """Execute a run and return it, or return an error message if the run fails.
 
     Returning errors instead of raising them lets the other runs continue.
     """
@@ -60,7 +60,7 @@ def run_task(task: Task) -> StudyRun | str:
 
 
 def record_run(task: Task) -> StudyRun:
-    """Execute a run on copies of its algorithm and problem, and return it as a `StudyRun`.
+    """Execute a run and return its log as a `StudyRun`. The task is not modified.
 
     The run ends with the generation that completes `n_eval` evaluations. The algorithm uses its own
     random generator, seeded by `Task.seed`. The global generators of NumPy and Python are seeded as
@@ -90,7 +90,7 @@ def record_run(task: Task) -> StudyRun:
 
 
 def iterate_generations(task: Task, problem: Problem, on_batch: BatchCallback) -> Iterator[Any]:
-    """Run an algorithm for `n_eval` evaluations, and yield the algorithm after each generation.
+    """Run an algorithm for `n_eval` evaluations, and yield it after each generation.
 
     The algorithm's own termination criterion is not used, because some criteria stop within a
     generation.
@@ -130,7 +130,7 @@ def iterate_generations(task: Task, problem: Problem, on_batch: BatchCallback) -
 
 
 class EvaluationLog:
-    """Log of a run from which its front after any number of evaluations can be reconstructed.
+    """Log from which the front of a run after any number of evaluations can be reconstructed.
 
     A point is logged unless a point of an earlier batch weakly dominates it. Infeasible solutions,
     failed evaluations (see `mgeo.TolerantEvaluator`) and values that are not finite are counted,
@@ -164,7 +164,7 @@ class EvaluationLog:
         self._X: list[Any] = []
 
     def __call__(self, population: Population, algorithm: Algorithm | None = None) -> None:
-        """Add a batch of evaluated candidates to the log, in the order of their evaluation."""
+        """Log a batch of evaluated candidates in the order of their evaluation."""
         F = population.get("F").astype(float)
         numbers = np.arange(self.n_evaluations + 1, self.n_evaluations + 1 + len(F))
         self.n_evaluations += len(F)
@@ -187,7 +187,7 @@ class EvaluationLog:
         self._X.append(np.array(population[is_logged].get("X")))
 
     def build_run(self, wall_time: float) -> StudyRun:
-        """Return the logged evaluations and statistics as a `StudyRun`, which can be stored.
+        """Return the logged points and statistics as a `StudyRun`.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class EvaluationLog:
 
 
 class ReportingEvaluator(Evaluator):
-    """Evaluator that calls a function after each evaluated batch.
+    """Evaluator that calls a function after each batch.
 
     Parameters
     ----------
@@ -236,9 +236,7 @@ class ReportingEvaluator(Evaluator):
 
 
 def _select_numeric_rows(X: list[Any], rows: Any) -> Any:
-    """Return selected designs as a float array. Designs that are not numeric give an array without
-    columns.
-    """
+    """Return selected designs as a float array, without columns if designs are not numeric."""
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)

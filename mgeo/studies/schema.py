@@ -38,7 +38,7 @@ Seeds = Annotated[
 
 
 class ProblemTable(Table):
-    """Table of a study file that defines one or more problems, which differ in name or scenario."""
+    """Table of a study file that defines one or more problems."""
 
     name: Names = Field(
         description="Name of an installed problem, or of a benchmark problem: pymoo:NAME; "
@@ -66,7 +66,7 @@ class ProblemTable(Table):
 
 
 class AlgorithmTable(Table):
-    """Table of a study file that defines one algorithm per combination of listed parameter values.
+    """Table of a study file that defines an algorithm for each combination of parameter values.
 
     A parameter whose value is itself a list is written as a list in a list: momentum = [[0.6,
     0.4]].
@@ -86,12 +86,12 @@ class AlgorithmTable(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Parameters of the algorithm as a dict: all keys except name and label."""
+        """Parameters of the algorithm, that is, all keys except name and label."""
         return self.model_extra or {}
 
 
 class PublishedTable(Table):
-    """Table of a study file with published indicator values, which reports show for comparison."""
+    """Table of a study file with published indicator values to compare with."""
 
     source: str = Field(description="Publication that the values are taken from.")
     evaluations: int | None = Field(
@@ -106,7 +106,7 @@ class PublishedTable(Table):
 
 
 class StudySettings(Table):
-    """Settings of a study: all keys of a study file except the problems and the algorithms."""
+    """Settings of a study, that is, all keys except problems and algorithms."""
 
     title: str = Field(description="Title of the report pages.")
     description: str = Field("", description="Introduction on the report pages.")
@@ -132,13 +132,13 @@ class StudySettings(Table):
 
 
 class StudyTable(StudySettings):
-    """Content of a study file: settings, problems and algorithms of a comparison."""
+    """Content of a study file: settings, problems and algorithms."""
 
     problems: NonEmptyList[ProblemTable] = Field(description="Problems of the study.")
     algorithms: NonEmptyList[AlgorithmTable] = Field(description="Algorithms of the study.")
 
 
 def build_study_schema() -> str:
-    """Return the JSON Schema of study files as JSON text."""
+    """Return the JSON Schema of study files as text."""
     version = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     return json.dumps(version | StudyTable.model_json_schema(), indent=2)

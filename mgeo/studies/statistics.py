@@ -70,7 +70,7 @@ class FriedmanResult:
 
 
 def mann_whitney_p_value(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the two-sided p value of the Mann-Whitney test of two independent samples.
+    """Return the two-sided p value of the Mann-Whitney test for two independent samples.
 
     The p value is exact for small samples without ties, and otherwise from the normal approximation
     with a correction for ties. It is 1 if all values are equal, for which scipy 1.18 returns NaN.
@@ -82,7 +82,7 @@ def mann_whitney_p_value(a: ArrayLike, b: ArrayLike) -> float:
 
 
 def holm_correction(p_values: ArrayLike) -> FloatArray:
-    """Correct p values for multiple tests by Holm's step-down procedure."""
+    """Correct p values for multiple tests by Holm's procedure."""
     values = np.asarray(p_values, dtype=float)
     order = np.argsort(values, kind="stable")
     corrected = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
@@ -90,8 +90,7 @@ def holm_correction(p_values: ArrayLike) -> FloatArray:
 
 
 def vargha_delaney_effect_size(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the Vargha-Delaney effect size A, the probability that a random value of `a` is larger
-    than a random value of `b`.
+    """Return the Vargha-Delaney effect size A, the probability that `a` exceeds `b`.
 
     Ties count half.
     """
@@ -100,7 +99,7 @@ def vargha_delaney_effect_size(a: ArrayLike, b: ArrayLike) -> float:
 
 
 def classify_effect_size(effect_size: float) -> str:
-    """Return the magnitude of an effect size A as text: negligible, small, medium or large.
+    """Classify an effect size A as negligible, small, medium or large.
 
     The thresholds are those of Vargha and Delaney (2000).
     """
@@ -111,8 +110,7 @@ def classify_effect_size(effect_size: float) -> str:
 
 
 def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
-    """Compare all pairs of samples by the Mann-Whitney test, and return a table with one row per
-    pair.
+    """Compare all pairs of samples by the Mann-Whitney test.
 
     Larger values are better.
 
@@ -137,7 +135,7 @@ def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
-    """Rank the values of all samples together, and return the mean rank of each sample, best first.
+    """Rank the values of all samples together, and return mean ranks, best first.
 
     The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
     one with the better mean rank has a `vargha_delaney_effect_size` above one half.
@@ -188,7 +186,7 @@ def kruskal_wallis_test(samples: Mapping[str, Sequence[float] | FloatArray]) -> 
 
 
 def mean_block_ranks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
-    """Rank the algorithms on each problem, and average the ranks within each block of problems.
+    """Rank the algorithms on each problem, and average the ranks within each block.
 
     Parameters
     ----------
@@ -258,7 +256,7 @@ def friedman_test(
 def nemenyi_critical_difference(
     n_algorithms: int, n_blocks: int, alpha: float = SIGNIFICANCE_LEVEL
 ) -> float:
-    """Return Nemenyi's critical difference: the smallest significant difference of average ranks.
+    """Return the smallest significant difference of average ranks by Nemenyi's test.
 
     Parameters
     ----------
@@ -274,7 +272,7 @@ def nemenyi_critical_difference(
 def bootstrap_band(
     samples: FloatArray, level: float = 0.95, n_resamples: int = 2000, seed: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the lower and upper bounds of the bootstrap confidence band of the mean curve.
+    """Return the bounds of a bootstrap confidence band for the mean curve.
 
     Whole runs are resampled, so that the band applies to whole curves. The bounds are percentiles.
 

@@ -138,7 +138,7 @@ def run_study(
 def _build_experiments(
     study: Study, folders: Mapping[str, Path], run_options: Mapping[str, Any]
 ) -> dict[str, Experiment]:
-    """Build one experiment per problem, keyed by label, so that errors occur before the first run.
+    """Build one experiment per problem, so that errors occur before the first run.
 
     Raises
     ------

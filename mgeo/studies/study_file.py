@@ -28,9 +28,7 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True)
 class ProblemConfiguration:
-    """Problem of a study: label, name, options and the values of the first objective that divide
-    its front into parts.
-    """
+    """Label, name, options and division into parts of a problem in a study."""
 
     label: str
     name: str
@@ -38,7 +36,7 @@ class ProblemConfiguration:
     parts: tuple[float, ...] | None = None
 
     def build(self) -> Problem:
-        """Build the problem from a plugin or a benchmark collection.
+        """Build the problem from a plugin or from a collection of test problems.
 
         Raises
         ------
@@ -50,14 +48,14 @@ class ProblemConfiguration:
 
 @dataclass(frozen=True)
 class AlgorithmConfiguration:
-    """Algorithm of a study: label, name and parameters."""
+    """Label, name and parameters of an algorithm in a study."""
 
     label: str
     name: str
     parameters: dict[str, Any]
 
     def build(self, problem: Problem) -> Algorithm:
-        """Build the pymoo algorithm for a problem. The algorithm is not set up yet.
+        """Build the pymoo algorithm for a problem, without setting it up.
 
         Raises
         ------
@@ -73,7 +71,7 @@ class AlgorithmConfiguration:
 
 
 class Study(StudySettings):
-    """Validated content of a study file: problems, algorithms, evaluation budget and seeds.
+    """Validated content of a study file.
 
     Attributes
     ----------
@@ -147,8 +145,7 @@ class Study(StudySettings):
         return values
 
     def compute_budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Return the evaluation budget of a run, and the evaluation counts at which its fronts are
-        evaluated.
+        """Return the number of evaluations of a run, and the grid for evaluating its fronts.
 
         Returns
         -------
@@ -165,11 +162,11 @@ class Study(StudySettings):
 
     @property
     def n_runs(self) -> int:
-        """Number of runs: one for each problem, algorithm and seed."""
+        """Number of runs, one for each problem, algorithm and seed."""
         return len(self.problems) * len(self.algorithms) * len(self.seeds)
 
     def format_size(self) -> str:
-        """Return the numbers of problems, algorithms, seeds, runs and evaluations as text."""
+        """Return the number of problems, algorithms, seeds, runs and evaluations as text."""
         counts = {
             "problem": len(self.problems),
             "algorithm": len(self.algorithms),
@@ -180,7 +177,7 @@ class Study(StudySettings):
         return f"{sizes}: {self.n_runs:,} runs of {self.evaluations:,} evaluations{unit}"
 
     def with_budget(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
-        """Return a copy of the study with another number of evaluations or another number of seeds.
+        """Return a copy of the study with a different number of evaluations or seeds.
 
         Parameters
         ----------
@@ -206,7 +203,7 @@ class Study(StudySettings):
 
 
 def read_study(path: Path | str, *, allow_imports: bool = True) -> Study:
-    """Read and validate a study file, and return its content as a `Study`.
+    """Read and validate a study file.
 
     Parameters
     ----------
@@ -252,7 +249,7 @@ def read_study(path: Path | str, *, allow_imports: bool = True) -> Study:
 
 
 def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study:
-    """Parse and validate the TOML text of a study file, and return its content as a `Study`.
+    """Parse and validate the TOML text of a study file.
 
     Parameters
     ----------
@@ -302,7 +299,7 @@ def parse_study(text: str, folder: Path, *, allow_imports: bool = True) -> Study
 def _expand_problems(
     table: ProblemTable, index: int, folder: Path, allow_imports: bool
 ) -> Iterator[ProblemConfiguration]:
-    """Yield one problem configuration for each combination of a name and a scenario in a table."""
+    """Yield a problem for each combination of name and scenario in a table."""
     location = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{location}scenario and options: expected only one of them")
@@ -326,7 +323,7 @@ def _expand_problems(
 def _expand_algorithms(
     table: AlgorithmTable, index: int, allow_imports: bool
 ) -> Iterator[AlgorithmConfiguration]:
-    """Yield one algorithm configuration for each combination of a name and parameter values."""
+    """Yield an algorithm for each combination of name and parameter values in a table."""
     location = f"algorithms[{index}]"
     parameters = table.parameters
     varied_keys = [key for key, value in parameters.items() if isinstance(value, list)]

@@ -19,7 +19,7 @@ from mgeo.store.readers import decode_npz
 
 @dataclass(frozen=True, eq=False)
 class StudyRun:
-    """Finished run of a study, with statistics and every point that was ever on its front.
+    """Finished run of a study, from which its front after any evaluation count can be computed.
 
     Attributes
     ----------
@@ -53,11 +53,11 @@ class StudyRun:
 
     @property
     def front_F(self) -> FloatArray:
-        """Objectives of the front after `n_eval` evaluations, as an array of shape (n, n_obj)."""
+        """Objectives of the front after `n_eval` evaluations, shape (n, n_obj)."""
         return self.F[self.front_rows]
 
     def iterate_fronts(self, grid: Sequence[int]) -> Iterator[FloatArray]:
-        """Yield the objectives of the front of the run after each evaluation count in `grid`.
+        """Yield the objectives of the front after each evaluation count in `grid`.
 
         Parameters
         ----------
@@ -76,7 +76,7 @@ class StudyRun:
             yield front
 
     def write(self, path: Path) -> None:
-        """Write the run into a compressed NumPy archive.
+        """Write the run to a compressed NumPy archive.
 
         Equal runs give equal bytes.
         """
@@ -86,7 +86,7 @@ class StudyRun:
 
     @classmethod
     def read(cls, path: Path) -> StudyRun:
-        """Read a run from an archive written by `write`, without unpickling objects.
+        """Read a run from an archive created by `write`.
 
         Raises
         ------

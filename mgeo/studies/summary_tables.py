@@ -23,7 +23,7 @@ _MAX_BUDGETS = 5  # maximum number of rows of `build_budget_table` for each numb
 
 
 def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummary) -> Section:
-    """Build a table of average ranks and significant differences over all problems of a study.
+    """Build a table of average ranks and significant differences over all problems.
 
     There is one row per algorithm, best first. The columns are those of `StudySummary.ranks`.
 
@@ -77,11 +77,11 @@ def _describe_smallest_p(summary: StudySummary, n_problems: int) -> str:
 
 
 def build_budget_table(ranks: pd.DataFrame, study: Study) -> Section:
-    """Build a table of average ranks after a few numbers of evaluations.
+    """Build a table of average ranks after a few evaluation counts.
 
-    The numbers of evaluations are the end of the runs and, of the measured ones, those nearest to
-    one half, one quarter and so on of it. There is one row for each, also for the problems of each
-    number of variables if these differ.
+    The counts are the end of the runs and the measured counts nearest to 1/2, 1/4, 1/8 and 1/16 of
+    it. If problems differ in their number of variables, each number has its own rows, in addition
+    to those for all problems.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def build_budget_table(ranks: pd.DataFrame, study: Study) -> Section:
 
 
 def _select_budgets(evaluations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return at most `_MAX_BUDGETS` evaluation counts; each is about twice the one before."""
+    """Select at most `_MAX_BUDGETS` evaluation counts, spaced by about a factor of two."""
     counts = np.unique(evaluations)
     if len(counts) <= _MAX_BUDGETS:
         return counts
@@ -127,7 +127,7 @@ def _select_budgets(evaluations: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def build_behind_table(summary: StudySummary) -> Section | None:
-    """Build a table of the algorithms that are significantly better on a problem.
+    """Build a table of the problems on which another algorithm is significantly better.
 
     Parameters
     ----------

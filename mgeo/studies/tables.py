@@ -46,8 +46,8 @@ Cells = Collection[tuple[str, str]]
 
 @dataclass(frozen=True, eq=False)
 class MarkedTable:
-    """Text table that marks the best values and all values without a significant difference from
-    the best.
+    """Text table that marks the best values and those that do not differ significantly from the
+    best.
 
     Row names and column names are unique.
 
@@ -67,11 +67,11 @@ class MarkedTable:
 
     @property
     def note(self) -> str:
-        """Text that explains the bold and marked cells; empty if no cell is marked."""
+        """Text that explains the marks, or an empty string if no cell is marked."""
         return _NOTE if self.best else ""
 
     def to_markdown(self) -> str:
-        """Return the table as Markdown text, followed by the note."""
+        """Return the table in Markdown, followed by the note."""
         text = format_markdown(self._mark_cells("**{}**", str))
         return f"{text}\n{self.note}\n" if self.note else text
 
@@ -99,9 +99,7 @@ class MarkedTable:
 
 
 def build_problem_table(comparison: Comparison) -> MarkedTable:
-    """Build a table of the mean ± standard deviation of each indicator, one row per algorithm, with
-    the best values marked.
-    """
+    """Build a table of the mean ± standard deviation of each indicator, one row per algorithm."""
     best, equivalent = [], []
     for indicator in comparison.all_indicators:
         winners, similar = find_best_and_equivalent(comparison, indicator)
@@ -111,8 +109,7 @@ def build_problem_table(comparison: Comparison) -> MarkedTable:
 
 
 def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
-    """Build a table of the mean ± standard deviation of the default indicator, with one row per
-    problem and one column per algorithm.
+    """Build a table of the mean ± standard deviation of the default indicator on each problem.
 
     The best algorithms are marked in each row.
     """
@@ -130,7 +127,7 @@ def build_study_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
 def find_best_and_equivalent(
     comparison: Comparison, indicator: Indicator
 ) -> tuple[list[str], list[str]]:
-    """Return the algorithms with the best mean, and those not significantly different from it.
+    """Return the algorithms with the best mean, and those that do not differ from it significantly.
 
     Returns
     -------
@@ -154,7 +151,7 @@ def find_best_and_equivalent(
 
 
 def format_markdown(table: pd.DataFrame) -> str:
-    """Return a table as Markdown text, with the index as the first column."""
+    """Convert a table to Markdown, with the index as the first column."""
     columns = table.rename_axis(str(table.index.name or "")).reset_index()
     lines = [[str(name) for name in columns], ["---", *["---:"] * len(table.columns)]]
     lines += columns.map(str).to_numpy().tolist()

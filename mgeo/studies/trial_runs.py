@@ -30,7 +30,7 @@ _ROUNDING_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class TrialResult:
-    """Result of two short runs of one algorithm with equal seeds.
+    """Result of two short runs of an algorithm with equal seeds.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class TrialResult:
 
 
 def make_trial_runs(task: Task) -> TrialResult | None:
-    """Test in two short runs whether an algorithm is reproducible and whether its problem is noisy.
+    """Make two short runs to test whether an algorithm is reproducible and its problem is noisy.
 
     A short run has at least twelve generations and 100 evaluations, or `n_eval` evaluations if that
     is less. Its objectives are random values with many ties: they take no time to evaluate, and the
@@ -86,7 +86,7 @@ def make_trial_runs(task: Task) -> TrialResult | None:
 
 
 def describe_limitations(trials: Mapping[str, TrialResult], title: str, n_eval: int) -> list[str]:
-    """Return one sentence for each condition found by trial runs that limits the comparison.
+    """Describe the limitations of a comparison that trial runs have found.
 
     The conditions are a noisy problem, an algorithm that is not reproducible, and a first
     generation larger than the budget.
@@ -126,7 +126,7 @@ def describe_limitations(trials: Mapping[str, TrialResult], title: str, n_eval: 
 
 
 def reject_fractional_values(trials: Mapping[str, TrialResult], title: str) -> None:
-    """Raise ValueError if an algorithm proposes fractional values of integer or binary variables.
+    """Raise a ValueError if an algorithm proposes fractional values of discrete variables.
 
     pymoo's default operators are for real variables, so that one algorithm would solve a relaxed
     problem and the others would not.
@@ -149,9 +149,7 @@ def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | 
 
 
 def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Execute a short run on random objectives. Return the sizes of its generations and the
-    candidates of each evaluated batch.
-    """
+    """Execute a short run on random objectives, and return generation sizes and candidates."""
     batches: list[Any] = []
     sizes: list[int] = []
     unlimited_task = replace(task, n_eval=_UNLIMITED_BUDGET)
@@ -168,7 +166,7 @@ def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]
 
 @contextmanager
 def _randomize_values(problem: Problem) -> Iterator[None]:
-    """Context manager that makes a problem return reproducible random objectives and constraints.
+    """Context manager that replaces the values of a problem by reproducible random numbers.
 
     This applies to all fidelity levels.
     """

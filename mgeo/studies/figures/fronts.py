@@ -34,7 +34,7 @@ _MAX_CELLS = 300  # Maximum number of heat-map cells along each objective.
 
 
 def draw_median_fronts(comparison: Comparison) -> go.Figure:
-    """Draw one front per algorithm: the front of the run whose default indicator is the median.
+    """Draw the front of the median run of each algorithm.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def draw_median_fronts(comparison: Comparison) -> go.Figure:
 
 
 def draw_front_panels(comparison: Comparison) -> go.Figure:
-    """Draw the fronts of all runs, one panel per algorithm, with the median run in color.
+    """Draw the fronts of all runs in one panel per algorithm, with the median run in color.
 
     Raises
     ------
@@ -182,8 +182,10 @@ def draw_attainment_surfaces(comparison: Comparison) -> go.Figure:
 
 
 def draw_attainment_difference(comparison: Comparison, first: str, second: str) -> go.Figure:
-    """Draw a heat map of the difference between two algorithms in the share of runs that attain
-    each point of the objective space.
+    """Draw a heat map that compares how often two algorithms attain each point.
+
+    The color shows the difference in the share of runs that attain a point of the objective space,
+    see `compute_attainment`.
 
     Raises
     ------
@@ -250,9 +252,7 @@ def compute_attainment(fronts: list[FloatArray], x: FloatArray, y: FloatArray) -
 
 
 def _compute_cell_edges(values: FloatArray) -> FloatArray:
-    """Return the ascending edges of heat-map cells: the distinct values, or their quantiles if
-    there are many.
-    """
+    """Return heat-map cell edges at the distinct values, or at quantiles if there are many."""
     edges = np.unique(values)
     if len(edges) > _MAX_CELLS:
         edges = np.unique(np.quantile(edges, np.linspace(0.0, 1.0, _MAX_CELLS), method="nearest"))

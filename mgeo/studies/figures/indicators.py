@@ -22,7 +22,7 @@ from mgeo.studies.statistics import FriedmanResult, bootstrap_band
 
 
 def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) -> go.Figure:
-    """Draw the mean indicator of each algorithm over evaluations, with a 95 % bootstrap band.
+    """Draw the mean indicator of each algorithm against evaluations, with a 95 % bootstrap band.
 
     A curve begins at the first evaluation count at which all runs have finite values, because an
     empty front has a finite hypervolume only. The vertical axis is logarithmic if lower values are
@@ -58,7 +58,7 @@ def draw_anytime_curves(comparison: Comparison, indicator: str | None = None) ->
 
 
 def draw_box_plots(comparison: Comparison) -> go.Figure:
-    """Draw box plots of the final indicator values of each algorithm, with one point per run."""
+    """Draw box plots of the final indicator values, with one point per run."""
     figure = make_subplots(rows=1, cols=len(comparison.indicators), shared_yaxes=True)
     final = comparison.select_final_rows()
     for name, style in assign_trace_styles(comparison.algorithms).items():
@@ -134,7 +134,7 @@ def _build_curve(
 def draw_critical_difference_diagram(
     test_result: FriedmanResult, algorithms: tuple[str, ...]
 ) -> go.Figure:
-    """Draw the critical-difference diagram of the average ranks of algorithms (Demsar 2006).
+    """Draw a critical-difference diagram of average ranks (Demsar 2006).
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def draw_critical_difference_diagram(
 
 
 def find_equivalent_groups(ranks: list[float], critical_difference: float) -> list[tuple[int, int]]:
-    """Return the index ranges of the maximal groups of algorithms without significant differences.
+    """Find the largest groups of algorithms without significant differences.
 
     Groups may overlap; groups of one algorithm are omitted.
 
@@ -222,7 +222,7 @@ def find_equivalent_groups(ranks: list[float], critical_difference: float) -> li
 
 
 def draw_runtime_distribution(distribution: pd.DataFrame, n_problems: int) -> go.Figure:
-    """Draw the share of hypervolume targets that each algorithm reached over evaluations.
+    """Draw the share of hypervolume targets that each algorithm reaches over evaluations.
 
     The COCO benchmarking platform uses the same figure.
 

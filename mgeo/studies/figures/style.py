@@ -20,24 +20,23 @@ _DASHES = ("solid", "6px,3px", "2px,2px")
 
 @dataclass(frozen=True)
 class TraceStyle:
-    """Color, dash pattern and marker symbol that identify an algorithm in all figures."""
+    """Color, dash pattern and marker symbol of one algorithm in all figures."""
 
     color: str
     dash: str
     symbol: str
 
     def format_color(self, opacity: float) -> str:
-        """Return the color as CSS text with an opacity between 0 and 1."""
+        """Return the color as CSS text, with an opacity between 0 and 1."""
         return "rgba({},{},{},{})".format(*hex_to_rgb(self.color), opacity)
 
     def build_line(self, width: float) -> dict[str, Any]:
-        """Return the plotly line properties of a curve with the given width [px]."""
+        """Return the plotly line properties of a curve of the given width [px]."""
         return {"color": self.color, "dash": self.dash, "width": width}
 
 
 def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
-    """Assign a distinct color, dash pattern and symbol to each algorithm, and return the styles
-    keyed by label.
+    """Assign a color, dash pattern and symbol to each algorithm.
 
     The style depends on the position of the algorithm. Up to 21 styles are distinct.
     """
@@ -49,14 +48,14 @@ def assign_trace_styles(algorithms: tuple[str, ...]) -> dict[str, TraceStyle]:
 
 
 def validate_n_objectives(problem: Problem, *allowed: int) -> None:
-    """Raise ValueError unless the number of objectives of a problem is one of `allowed`."""
+    """Raise a ValueError unless the number of objectives is one of `allowed`."""
     if problem.n_obj not in allowed:
         expected = " or ".join(map(str, allowed))
         raise ValueError(f"{problem.n_obj} objectives: expected {expected} to draw fronts")
 
 
 def set_axes(figure: go.Figure, names: tuple[str, ...], points: FloatArray) -> None:
-    """Set the titles and the scales (linear or logarithmic) of both axes of a figure in place.
+    """Set the titles and scales of both axes, linear or logarithmic.
 
     The scales suit the coordinates of `points`, an array of shape (n, 2).
     """
@@ -70,7 +69,7 @@ def compute_height(n_rows: int) -> int:
 
 
 def apply_comparison_style(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """Set the title, subtitle and common style of a figure in place, and return the figure."""
+    """Apply the common style, a title and a subtitle to a figure in place."""
     visible = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
     return style.apply_style(figure, title, subtitle).update_layout(
         height=max(PAGE_HEIGHT, compute_height(len(visible))),

@@ -65,7 +65,7 @@ class Constraint(TypedDict):
 
 
 class ConstraintOfPlan(Constraint):
-    """Constraint of the scenario, and the part of the plan in which it is evaluated."""
+    """Constraint of the scenario, with the part of the plan in which it applies."""
 
     during: str
     """Part of the plan: "maneuvers", "hold", or another interval after convergence."""
@@ -74,7 +74,7 @@ class ConstraintOfPlan(Constraint):
 
 
 class ManeuverRow(TypedDict):
-    """Maneuver, ramp, hold or slew of a plan."""
+    """Maneuver, constant-rate hold or slew back of a plan."""
 
     maneuver: str
     """Number of the maneuver, "hold" or "slew back"."""
@@ -119,7 +119,7 @@ class AccuracyRow(TypedDict):
 
 
 class DriverRow(TypedDict):
-    """Error source that determines the accuracy of a quantity."""
+    """Error source with a large share in the variance of a quantity."""
 
     quantity: str
     """Quantity, such as "attitude"."""
@@ -158,13 +158,13 @@ class AxesRow(TypedDict):
 
 @extensible
 class BudgetRow(TypedDict):
-    """Contribution of one error source to each 1-sigma.
+    """Contribution of one error source to the 1-sigma of each quantity.
 
     Further keys are the quantities with their unit, such as `attitude_deg` and `gyro_bias_deg_h`.
     """
 
     source: str
-    """Error source, or "total"."""
+    """Error source, or "all" for the root sum square of all sources."""
 
 
 @extensible
@@ -197,7 +197,7 @@ class ReductionRow(TypedDict):
 
 @extensible
 class DirectionRow(TypedDict):
-    """Combination of errors of which a large part remains.
+    """Combination of errors that the plan reduces least.
 
     Further keys are the 1-sigmas along this direction with their unit, as in `budget`.
     """
@@ -205,12 +205,12 @@ class DirectionRow(TypedDict):
     direction: str
     """Combination of errors, described by axes in the body frame."""
     remaining: float
-    """Remaining part of the initial 1-sigma, from 0 to 1."""
+    """Ratio of the final to the initial 1-sigma. Process noise may raise it above 1."""
 
 
 @extensible
 class MeasurementRow(TypedDict):
-    """Measurement times of the sensors in one maneuver, ramp or hold.
+    """Measurement time of each sensor in one maneuver, ramp or hold.
 
     Further keys are the sensors, such as `sun_s`: the time [s] during which the sensor provides
     measurements.
@@ -224,7 +224,7 @@ class MeasurementRow(TypedDict):
 
 @extensible
 class ComparisonRow(TypedDict):
-    """Accuracy of simple maneuvers after the convergence time of the plan.
+    """Accuracy that simple maneuvers reach by the convergence time of the plan.
 
     Further keys are the 1-sigmas with their unit, such as `attitude_1sigma_deg`.
     """
@@ -242,7 +242,7 @@ class ComparisonRow(TypedDict):
 
 
 class BoundRow(TypedDict):
-    """Objective and its lower bound."""
+    """Predicted objective and its lower bound."""
 
     quantity: str
     """Objective, with its unit in brackets."""
@@ -255,7 +255,7 @@ class BoundRow(TypedDict):
 
 
 class ObjectiveRow(TypedDict):
-    """Objective in Monte Carlo runs."""
+    """Predicted objective compared with Monte Carlo runs."""
 
     objective: str
     """Objective, with its unit in brackets."""
@@ -336,7 +336,7 @@ class Instrument(TypedDict):
 
 
 class PlanDocument(TypedDict):
-    """Sections about a plan. `--section` selects some of them."""
+    """Sections about a plan, of which `--section` selects some."""
 
     summary: NotRequired[PlanSummary]
     """Summary."""
@@ -401,7 +401,7 @@ class CheckDocument(TypedDict):
 
 
 class PredictedEnd(TypedDict):
-    """Prediction at the convergence time."""
+    """Predicted results at the convergence time of a plan."""
 
     t_end_s: float
     """Convergence time after the epoch."""
@@ -433,7 +433,7 @@ class StateAccuracy(TypedDict):
 
 
 class PlanFile(TypedDict):
-    """Plan, defined by `scenario` and `design`. Other keys are ignored when the file is read."""
+    """Maneuver plan. Only `scenario` and `design` are used when a plan file is read."""
 
     format: str
     """Always "mgeo-attitude-plan"."""

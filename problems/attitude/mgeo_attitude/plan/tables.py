@@ -34,8 +34,7 @@ _N_DIRECTIONS = 5
 
 @dataclass(frozen=True)
 class PlanSection:
-    """Definition of one section about a plan: its title, the function that computes its table, and
-    its display.
+    """Definition of a section about a plan: title, table, note and displayed columns.
 
     Attributes
     ----------
@@ -55,7 +54,7 @@ class PlanSection:
 
 
 def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> list[Section]:
-    """Return sections about a plan in the order of `SECTION_KEYS`.
+    """Build the requested sections about a plan, in the order of `SECTION_KEYS`.
 
     Parameters
     ----------
@@ -84,7 +83,7 @@ def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> 
 
 
 def build_review(plan: ManeuverPlan) -> Review:
-    """Return the document for the review of a plan, with all sections about the plan."""
+    """Build the review document of a plan, with all sections."""
     start, end = (
         text[:_STAMP_LENGTH]
         for text in format_time_stamps(plan.scenario.epoch, np.array([0.0, plan.duration]))
@@ -98,9 +97,7 @@ def build_review(plan: ManeuverPlan) -> Review:
 
 
 def _build_constraint_table(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return the table of `ManeuverPlan.build_constraint_table` with the part of the plan in which
-    each constraint is evaluated.
-    """
+    """Return the constraint table of a plan, with the part of the plan that each row concerns."""
     table = plan.build_constraint_table().reset_index()
     during = pd.Series("maneuvers", table.index)
     for interval in INTERVALS_AFTER_CONVERGENCE:
@@ -197,7 +194,7 @@ def _describe_accuracy(plan: ManeuverPlan) -> str:
 
 
 def _build_axes_table(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return the 1-sigma of each body axis before and after a plan, one row per 3-vector."""
+    """Return the 1-sigma about each body axis before and after a plan, one row per quantity."""
     table = plan.build_accuracy_table()
     names = [str(name)[:-2] for name in table.index[::3]]
     columns: dict[str, object] = {"unit": table["unit"].to_numpy()[::3]}
@@ -208,9 +205,7 @@ def _build_axes_table(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _describe_run(plan: ManeuverPlan) -> str:
-    """Return a sentence on the run in which a section evaluates the plan, or an empty string if the
-    run is the one that predicts the accuracy and no other run is shown.
-    """
+    """Return a sentence on the evaluated run, or an empty string if only nominal runs are shown."""
     if plan.scenario.is_magnetorquer_driven:
         return (
             " The values apply without initial attitude error, which changes the motion of a "
@@ -229,7 +224,7 @@ def _select_axes_columns(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _compute_budget_shares(table: pd.DataFrame) -> pd.DataFrame:
-    """Convert the 1-sigmas of an error budget to shares of the variances [%]."""
+    """Convert the 1-sigmas of an error budget to shares of the variance [%]."""
     shares = 100.0 * (table.drop(TOTAL) / table.loc[TOTAL]) ** 2
     names = [re.sub(r" \[.*", " [%]", name) for name in map(str, table)]
     shares = shares.set_axis(names, axis=1).rename_axis("error source")
@@ -237,24 +232,24 @@ def _compute_budget_shares(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _name_halved_sources(table: pd.DataFrame) -> pd.DataFrame:
-    """Mark the rows with half of an error source, which have the name of the source."""
+    """Add "half" to the names of rows in which an error source is halved."""
     others = (UNCHANGED, EXTRA_DURATION_PREFIX)
     return table.rename(index=lambda name: name if name.startswith(others) else f"half {name}")
 
 
 def _format_times(table: pd.DataFrame) -> pd.DataFrame:
-    """Convert the columns of times to text, because times are not rounded to three digits."""
+    """Convert time columns to text, so that times are not rounded to three digits."""
     return _format_columns(table, r"\[s\]$", "{:.6g}")
 
 
 def _format_columns(table: pd.DataFrame, pattern: str, template: str) -> pd.DataFrame:
-    """Convert the columns of which the title matches a pattern to text."""
+    """Convert the columns whose title matches a pattern to text."""
     names = [name for name in map(str, table) if re.search(pattern, name)]
     return table.assign(**{name: table[name].map(template.format) for name in names})
 
 
 def _select_reduction_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Replace the three columns x, y and z of each error by their largest value."""
+    """Replace the columns x, y and z of each error by one column with the largest value."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     first = table[["time [s]", "contribution [%]"]].set_axis(["end [s]", "share [%]"], axis=1)
     return _format_times(first.join(errors.max().T))

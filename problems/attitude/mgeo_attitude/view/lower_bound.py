@@ -25,9 +25,7 @@ _N_POINTS = 400
 
 
 def find_lower_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
-    """Return the lower bounds on the covariance over all maneuvers in a scenario, or None if none
-    can be proved.
-    """
+    """Return the lower bounds on the covariance of any maneuver, or None if none can be proved."""
     try:
         return problem.lower_bound
     except NoLowerBoundError:
@@ -35,8 +33,7 @@ def find_lower_bound(problem: AttitudeManeuverProblem) -> LowerBound | None:
 
 
 def is_valid_for_monte_carlo(scenario: Scenario) -> bool:
-    """Return True if random sensor errors cannot make a plan better than the lower bound of the
-    nominal scenario.
+    """Return True if the nominal lower bound also holds in Monte Carlo runs.
 
     The nominal lower bound does not depend on errors of the initial attitude or of the rates. The
     exceptions are gyro errors that rates make observable, scenarios that follow an earlier
@@ -50,8 +47,7 @@ def is_valid_for_monte_carlo(scenario: Scenario) -> bool:
 
 
 def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
-    """Return one line of text for each required 1-sigma that no maneuver can reach, because it is
-    smaller than its lower bound.
+    """List the required 1-sigmas that are below their lower bound, one line of text each.
 
     The line suggests how to change the scenario.
     """
@@ -80,8 +76,7 @@ def list_infeasible_requirements(problem: AttitudeManeuverProblem) -> list[str]:
 
 
 def compute_bound_curves(problem: AttitudeManeuverProblem, t_end: Floats) -> Floats:
-    """Return the lower bounds of trace and attitude 1-sigma as curves over the range of convergence
-    times of a front.
+    """Compute the lower bounds of trace and attitude 1-sigma over the convergence times of a front.
 
     The range starts at 0.8 times the smallest time. With Monte Carlo runs, the convergence time of
     a plan varies between runs; the curves are then the running minimum of the bounds.

@@ -30,8 +30,7 @@ TOLERANCE = 0.1
 
 
 class ManeuverView(Plans):
-    """Presentation of n maneuver plans in reports and terminals: tables, summaries, warnings and
-    figures.
+    """Tables, texts and figures that present maneuver plans in reports and terminals.
 
     `mgeo.View` documents the methods, and `Plans` has the evaluation results.
     """
@@ -46,7 +45,7 @@ class ManeuverView(Plans):
         return summaries.summarize_plans(self)
 
     def constraints(self) -> list[pd.DataFrame]:
-        """Return, for each plan, a table with the value, bound and margin of each constraint.
+        """Return one table per plan with the value, bound and margin of each constraint.
 
         With Monte Carlo runs, each value is satisfied in the requested share of the runs. Path
         constraints and wheel budgets have additional rows for the constant-rate hold after
@@ -70,13 +69,13 @@ class ManeuverView(Plans):
         return overview.build_front_table(self)
 
     def format_title(self, name: str) -> str:
-        """Return a column title with the words of the field in place of ``t_end`` and ``trace``."""
+        """Return a column title that spells out ``t_end`` and ``trace``."""
         event = "end" if self.problem.model.rule in ("end", "required") else "convergence"
         title = name.replace("t_end", f"{event} time").removesuffix(" [-]").replace(" [-],", ",")
         return re.sub(r"\btrace$|\btrace(?=,)", "weighted trace of covariance", title)
 
     def warnings(self) -> list[str]:
-        """Return warnings on the plans as a group, and the `notes` on the scenario.
+        """Return warnings about the plans, followed by the `notes` on the scenario.
 
         The warnings count the plans that exceed their predicted objectives in Monte Carlo runs, and
         those that violate constraints after convergence. If there are many plans, a sample of them
@@ -102,8 +101,8 @@ class ManeuverView(Plans):
         return suggestions.suggest_changes(self)
 
     def figures(self) -> dict[str, go.Figure]:
-        """Return plotly figures that show all plans together, as a dict with the keys ``front``,
-        ``maneuvers`` and ``convergence``.
+        """Return plotly figures of all plans, keyed by ``front``, ``maneuvers`` and
+        ``convergence``.
 
         ``front`` exists only for the paper's objectives, t_end and trace.
         """
@@ -112,7 +111,7 @@ class ManeuverView(Plans):
         return build_figures(self)
 
     def solution_figures(self) -> list[dict[str, go.Figure]]:
-        """Return small plotly figures of each plan, as one dict of figures by name per plan.
+        """Return one dict of small plotly figures per plan, keyed by figure name.
 
         The figures show body rates, attitude, directions of Sun and magnetic field, trace and
         1-sigmas.
@@ -142,9 +141,7 @@ class ManeuverView(Plans):
         return satellite.describe_satellite(self.problem)
 
     def notes(self) -> list[str]:
-        """Return lines of text with warnings on the scenario: implausible values, modeling
-        assumptions, and initial errors for which the filter has not been validated.
-        """
+        """Return notes on implausible values, modeling assumptions and untested initial errors."""
         scenario = self.problem.scenario
         validity = [
             f"{line}. Check a plan with mgeo attitude verify."
@@ -153,8 +150,7 @@ class ManeuverView(Plans):
         return [*find_implausible_values(scenario), *scenario.assumptions, *validity]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """Count the nondominated points of a front that converge within the first orbit, and those
-        that converge later. Return both counts as a dict.
+        """Count the nondominated points that converge within the first orbit and after it.
 
         The dict has the keys ``points, first orbit`` and ``points, second orbit``. It is empty for
         objectives other than the paper's.

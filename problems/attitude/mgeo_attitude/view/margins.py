@@ -46,7 +46,7 @@ def build_constraint_tables(
     violations: Floats,
     margins_after: Sequence[Mapping[str, MarginRow]] | None = None,
 ) -> list[pd.DataFrame]:
-    """Return, for each of n designs, a table with the value, bound and margin of each constraint.
+    """Return one table per design with the value, bound and margin of each constraint.
 
     Parameters
     ----------
@@ -89,9 +89,7 @@ def _build_upper_bound_row(unit: str, value: float, bound: float) -> MarginRow:
 
 
 def has_constraints_after_convergence(scenario: Scenario) -> bool:
-    """Return True if a scenario has constraints that apply after the convergence of the filter,
-    during the constant-rate hold or the slew back.
-    """
+    """Return True if constraints apply during the constant-rate hold or the slew back."""
     wheels = scenario.wheels
     has_wheel_budget = wheels is not None and wheels.has_momentum_budget
     has_motion_constraints = scenario.path_constraints or scenario.windows or has_wheel_budget
@@ -102,8 +100,7 @@ def has_constraints_after_convergence(scenario: Scenario) -> bool:
 
 
 def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]]:
-    """Return, for each plan, a dict of the constraint margins after the convergence of the filter,
-    by constraint label.
+    """Return the constraint margins of each plan after convergence, keyed by constraint label.
 
     Path constraints, wheel budgets and the deadline are evaluated during the constant-rate hold and
     the slew back, in about 0.1 s per plan. The final attitude uncertainty is compared with its
@@ -162,8 +159,7 @@ def compute_margins_after_convergence(plans: Plans) -> list[dict[str, MarginRow]
 def _compute_final_attitude_error(
     scenario: Scenario, model: FilterModel, trajectory: Trajectory
 ) -> float:
-    """Return the 3-sigma attitude uncertainty at the end of a plan [deg], about the worst body
-    axis.
+    """Return the 3-sigma attitude uncertainty of the worst body axis at the end of a plan [deg].
 
     The covariance includes all measurements until the end and the growth due to gyro noise.
     """
@@ -176,9 +172,7 @@ def _compute_final_attitude_error(
 def _compute_required_margins(
     scenario: Scenario, model: FilterModel, trajectory: Trajectory
 ) -> dict[str, MarginRow]:
-    """Return the margins of the required 1-sigmas after the slew back, as a dict of table rows by
-    label.
-    """
+    """Return the margins of the required 1-sigmas after the slew back, keyed by label."""
     first = round(trajectory.end / model.step)
     last = max(first, model.n_steps) if model.rule == "required" else first
     result = _evaluate_with_slew_back(scenario, model, trajectory, last)
@@ -199,9 +193,7 @@ def _compute_required_margins(
 def _evaluate_with_slew_back(
     scenario: Scenario, model: FilterModel, trajectory: Trajectory, last: int
 ) -> Evaluation:
-    """Run the filter along a plan and its slew back until the filter step `last`, and return the
-    covariance at this step and the variances at all steps.
-    """
+    """Run the filter along a plan and its slew back until the filter step `last`."""
     if last > model.n_steps:  # The scenario's duration bounds t_end, but not the slew back.
         longer = dataclasses.replace(scenario, duration=last * model.step)
         model = FilterModel.from_scenario(longer)
@@ -210,8 +202,7 @@ def _evaluate_with_slew_back(
 
 
 def list_margin_warnings(plans: Plans, sample_label: str) -> list[str]:
-    """Return warnings on plans that violate constraints after convergence, with the names of the
-    violated constraints.
+    """Return warnings about plans that violate constraints after convergence.
 
     Required 1-sigmas after the slew back have a warning of their own. The list is empty if no
     constraint is violated.
@@ -256,8 +247,7 @@ def compute_interval_margins(
     covariance: Floats,
     interval_name: str,
 ) -> dict[str, MarginRow]:
-    """Return the margins of path constraints and wheel budgets during an interval of a trajectory,
-    as a dict of table rows by constraint label.
+    """Compute the margins of path constraints and wheel budgets during a time interval.
 
     Parameters
     ----------
@@ -315,9 +305,7 @@ def compute_interval_margins(
 def _compute_wheel_load(
     model: FilterModel, trajectory: Trajectory, first: int, last: int
 ) -> Floats:
-    """Return the largest wheel momentum [N m s] and the largest wheel torque [N m] between two
-    filter steps, as an array of two values.
-    """
+    """Return the largest wheel momentum [N m s] and wheel torque [N m] between two filter steps."""
     from mgeo_attitude.filter.wheel_load import compute_wheel_loads  # The import of numba is slow.
 
     scenario = trajectory.scenario

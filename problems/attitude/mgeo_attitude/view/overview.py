@@ -35,7 +35,7 @@ _DECIMALS = {"start [s]": 0, "duration [s]": 0, "angle [deg]": 0} | {
 
 
 def build_overview(plans: Plans) -> dict[str, Section]:
-    """Return the overview of a view with one plan: its end, accuracy, constraints and maneuvers."""
+    """Return the end, accuracy, constraints and maneuvers of a single plan as sections."""
     (end,) = describe_ends(plans)
     if not math.isfinite(plans.nominal.t_end[0]):
         return {"end": Section("", (f"{end}.",))}
@@ -83,8 +83,7 @@ def _build_accuracy_section(plans: Plans) -> Section:
 
 
 def build_accuracy_table(plans: Plans) -> pd.DataFrame:
-    """Return a table of the 1-sigma of each 3-vector of the state about its worst body axis, for a
-    view with one plan.
+    """Return the worst-axis 1-sigmas before and after a single plan, one row per quantity.
 
     Returns
     -------
@@ -118,8 +117,7 @@ def _find_worst_axes(sigma: Floats) -> Floats:
 
 
 def build_maneuver_table(plans: Plans) -> pd.DataFrame:
-    """Return a table of the phases of a plan: maneuvers, constant-rate hold and slew back, for a
-    view with one plan.
+    """Return a table of the maneuvers, constant-rate hold and slew back of a single plan.
 
     A maneuver includes the preceding change of the rate.
 
@@ -184,7 +182,7 @@ def _name_phase(trajectory: Trajectory, phase: Phase) -> str:
 
 
 def build_front_table(plans: Plans) -> pd.DataFrame:
-    """Return a table for the comparison of plans, one row each.
+    """Return a compact table for comparing plans, with one row per plan.
 
     Returns
     -------

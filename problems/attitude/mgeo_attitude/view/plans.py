@@ -31,8 +31,7 @@ _MAX_EVALUATED = 50
 
 
 class NominalResults(NamedTuple):
-    """Convergence times, traces and covariances of n plans in nominal runs, that is, without random
-    errors.
+    """Results of n plans in nominal runs, that is, without random errors.
 
     Attributes
     ----------
@@ -49,7 +48,7 @@ class NominalResults(NamedTuple):
 
 
 class Plans(View):
-    """Maneuver plans of one problem with their evaluation results, each computed on first access.
+    """Maneuver plans of one problem, whose evaluation results are computed on first access.
 
     A view that `select` returns shares the caches of its source.
 
@@ -84,9 +83,7 @@ class Plans(View):
 
     @cached_property
     def nominal(self) -> NominalResults:
-        """Results of the nominal runs, either as stored in the run folder or evaluated on first
-        access.
-        """
+        """Results of the nominal runs, stored or computed on first access."""
         return NominalResults(
             self._nominal_run.t_end, self._nominal_run.trace, self._nominal_run.covariance
         )
@@ -96,8 +93,7 @@ class Plans(View):
 
     @cached_property
     def F(self) -> Floats:
-        """Objectives of the plans, shape (n, n_obj), either as stored in the run folder or
-        evaluated on first access.
+        """Objectives of the plans, shape (n, n_obj), stored or computed on first access.
 
         With Monte Carlo runs, the objectives are quantiles or means over the runs; otherwise they
         are those of the nominal runs.
@@ -106,18 +102,14 @@ class Plans(View):
 
     @property
     def violations(self) -> Floats:
-        """Relative violation of each bound of each constraint, shape (n, n_bounds), positive where
-        the bound is violated.
-        """
+        """Relative violation of each bound, shape (n, n_bounds), positive if it is violated."""
         if not self.problem.n_ieq_constr:
             return np.empty((len(self.X), 0))
         return self.objectives_and_constraints[:, self.problem.n_obj + self.problem.n_ieq_constr :]
 
     @cached_property
     def objectives_and_constraints(self) -> Floats:
-        """Objectives, constraint values and relative violations of all bounds of the plans, as
-        columns of one array.
-        """
+        """Objectives, constraint values and relative violations, as columns of one array."""
         problem = self.problem
         if problem.monte_carlo_runs is None:
             return problem.compute_values(problem.model, self._nominal_run)
@@ -128,29 +120,27 @@ class Plans(View):
 
     @property
     def monte_carlo_objectives(self) -> Floats:
-        """0.9-quantile of each objective over independent Monte Carlo runs, shape (n, n_obj)."""
+        """Objectives that 90 % of Monte Carlo runs do not exceed, shape (n, n_obj)."""
         return self._evaluate_runs()[:, : self.problem.n_obj]
 
     @property
     def monte_carlo_sigma_deg(self) -> Floats:
-        """0.9-quantile over Monte Carlo runs of the attitude 1-sigma about the worst body axis
-        [deg], shape (n,).
-        """
+        """Worst-axis attitude 1-sigma not exceeded in 90 % of Monte Carlo runs [deg], shape (n,)."""
         sigma_deg: Floats = np.degrees(self.monte_carlo_sigma[:, 0])
         return sigma_deg
 
     @property
     def monte_carlo_sigma(self) -> Floats:
-        """0.9-quantile over Monte Carlo runs of the 1-sigma of each 3-vector of the state about the
-        worst body axis, shape (n, n_blocks), in the internal units of the filter.
+        """Worst-axis 1-sigmas not exceeded in 90 % of Monte Carlo runs, shape (n, n_blocks).
+
+        The values are in the internal units of the filter.
         """
         first = self.problem.n_obj
         return self._evaluate_runs()[:, first : first + len(self.problem.model.suite.blocks)]
 
     @cached_property
     def sigma(self) -> Floats:
-        """Predicted 1-sigma of each state at `t_end`, shape (n, n_states), in the internal units of
-        the filter.
+        """Predicted 1-sigma of each state at `t_end`, in filter units, shape (n, n_states).
 
         The values are those of the nominal run. With magnetorquers no run is nominal, because the
         motion depends on the initial attitude error; the values are then root mean squares over
@@ -161,8 +151,7 @@ class Plans(View):
         return np.sqrt(np.diagonal(self.nominal.covariance, axis1=1, axis2=2))
 
     def _evaluate_runs(self, n_runs: int | None = None, seed: int | None = None) -> Floats:
-        """Evaluate the plans over independent Monte Carlo runs, and return statistics over the runs
-        as columns of an array.
+        """Evaluate the plans in independent Monte Carlo runs, and return statistics over the runs.
 
         The columns are the 0.9-quantiles of the objectives and of the worst-axis 1-sigma of each
         3-vector of the state, then the root mean square of the 1-sigma of each state.
@@ -194,8 +183,7 @@ class Plans(View):
     def compare_with_monte_carlo(
         self, n_runs: int | None = None, seed: int | None = None
     ) -> pd.DataFrame:
-        """Return a table that compares the predicted objectives of each plan with their
-        0.9-quantiles over Monte Carlo runs.
+        """Compare the predicted objectives of each plan with those of Monte Carlo runs.
 
         The runs are independent of those that the search used. Their errors are drawn from the
         table ``monte_carlo`` of the scenario, or from its defaults.
@@ -223,7 +211,7 @@ class Plans(View):
 
     @property
     def monte_carlo_t_end(self) -> Floats:
-        """0.9-quantile of the convergence time over independent Monte Carlo runs [s], shape (n,).
+        """Time by which 90 % of independent Monte Carlo runs converge [s], shape (n,).
 
         The value is infinite if too few runs converge. It is NaN if t_end is not an objective or if
         the covariance lost positivity.
@@ -232,8 +220,9 @@ class Plans(View):
 
     @property
     def robust_t_end(self) -> Floats:
-        """Convergence time of each plan as evaluated by the optimization over Monte Carlo runs [s],
-        shape (n,). NaN if the optimization uses nominal runs only.
+        """Convergence time over the Monte Carlo runs of the optimization [s], shape (n,).
+
+        The values are NaN if the optimization uses nominal runs only.
         """
         has_runs = self.problem.scenario.monte_carlo is not None
         return self._extract_t_end(self.F) if has_runs else np.full(len(self.X), np.nan)
@@ -247,7 +236,7 @@ class Plans(View):
 
     @cached_property
     def hold_end(self) -> Floats:
-        """Time until which each plan keeps the rate of its last maneuver [s], shape (n,).
+        """Time at which each plan stops holding its last rate [s], shape (n,).
 
         Without Monte Carlo runs this is the nominal convergence time. With Monte Carlo runs, it is
         the time at which the requested quantile of the runs, and at least 90 %, have converged, or
@@ -268,12 +257,11 @@ class Plans(View):
 
     @cached_property
     def end_times(self) -> Floats:
-        """Time from the epoch to the end of each plan [s], shape (n,). NaN if the covariance of the
-        plan lost positivity.
+        """End time of each plan after the epoch [s], shape (n,).
 
         Without a slew back this is `hold_end`, else the end of the slew back. The value is infinite
-        if no slew back fits into the scenario's duration. A slew back takes about 25 ms per plan to
-        compute.
+        if no slew back fits into the scenario's duration, and NaN if the covariance of the plan
+        lost positivity. A slew back takes about 25 ms per plan to compute.
         """
         if not self.problem.scenario.maneuvers.slew_back:
             return self.hold_end
@@ -286,8 +274,7 @@ class Plans(View):
         return times
 
     def compute_trajectory(self, row: int) -> Trajectory:
-        """Return the attitude trajectory of one plan, given by its row index in `X`, from the epoch
-        to the end of the plan.
+        """Compute the attitude trajectory of one plan, from the epoch to the end of the plan.
 
         The covariance of the plan must not have lost positivity. The slew back, which takes most of
         the time, is cached for all views that share their caches.
@@ -318,7 +305,5 @@ def select_sample_rows(n: int) -> Ints:
 
 
 def format_plan_count(rows: Ints, n: int) -> str:
-    """Return a phrase with the number of evaluated plans: "50 plans" if these are all n plans,
-    otherwise "50 sampled plans".
-    """
+    """Return "50 plans" or, if only a sample of the plans was evaluated, "50 sampled plans"."""
     return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} sampled plans"

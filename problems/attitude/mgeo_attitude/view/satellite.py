@@ -30,11 +30,12 @@ _UNIT_SUFFIX = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
 
 
 def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
-    """Return a description of a satellite and its scenario, as a dict of short texts by topic.
+    """Describe a satellite and its scenario by short texts, keyed by topic.
 
-    The topics are satellite, time span, orbit, Sun, eclipses, magnetic field, maneuvers,
-    constraints, some with their margin while the satellite holds its initial attitude, and initial
-    errors. The computation takes about 0.1 s.
+    The topics are satellite, time span, orbit, ascending node, Sun, eclipses, magnetic field,
+    maneuvers, Monte Carlo runs, constraints and initial errors. Path constraints and wheel budgets
+    include the margin if the satellite holds its initial attitude. The computation takes about
+    0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
     end = _compute_end(scenario)
@@ -59,7 +60,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
 
 
 def _compute_end(scenario: Scenario) -> float:
-    """Return the end of the scenario or the latest end of a plan, whichever is earlier [s]."""
+    """Return the end of the scenario or the deadline of plans, whichever is earlier [s]."""
     return min(scenario.duration, scenario.deadline)
 
 
@@ -137,9 +138,7 @@ def _describe_maneuvers(scenario: Scenario) -> str:
 
 
 def _describe_constraints(problem: AttitudeManeuverProblem) -> Iterator[str]:
-    """Yield one line of text for each constraint, with its bounds and, for path constraints and
-    wheel budgets, the margin while the satellite holds its initial attitude.
-    """
+    """Yield one line of text per constraint, with its bounds and its initial margin."""
     rows = _compute_initial_margins(problem)
     for constraint in list_constraints(problem.scenario):
         text = ", ".join(
@@ -163,11 +162,10 @@ def _describe_monte_carlo(settings: MonteCarloSettings) -> str:
 
 
 def _compute_initial_margins(problem: AttitudeManeuverProblem) -> dict[str, MarginRow]:
-    """Return the margins of path constraints and wheel budgets while the satellite holds its
-    initial attitude, as a dict of table rows by constraint label.
+    """Compute the margins of path constraints and wheel budgets if the initial attitude is held.
 
-    The attitude uncertainty is that of the start. The dict is empty for magnetorquers, which cannot
-    hold an attitude.
+    The result is a dict of table rows, keyed by constraint label. The attitude uncertainty is that
+    of the start. The dict is empty for magnetorquers, which cannot hold an attitude.
     """
     scenario, model = problem.scenario, problem.model
     wheels = scenario.wheels
@@ -191,8 +189,7 @@ def _describe_validity(scenario: Scenario) -> str:
 
 
 def build_instrument_table(scenario: Scenario) -> pd.DataFrame:
-    """Return a table of the gyro and the sensors with their noise, sampling interval and initial
-    errors, one row per instrument.
+    """Return the noise, sample interval and initial errors of the gyro and each sensor.
 
     Returns
     -------

@@ -15,8 +15,7 @@ _SOURCE_SHARE = 0.5
 
 
 def suggest_changes(plans: Plans) -> list[str]:
-    """Return suggestions for required 1-sigmas that no plan reaches because the maneuvers leave an
-    error unobserved, one line of text per requirement.
+    """Suggest changes for required 1-sigmas that no plan reaches, one line of text per requirement.
 
     A requirement is listed if all plans exceed it and if, in the plan that comes closest, most of
     the variance is due to the correlation with an error that the plan does not observe. An example
@@ -46,11 +45,10 @@ def suggest_changes(plans: Plans) -> list[str]:
 
 
 def _find_error_source(P: Floats, P0: Floats, state: int) -> tuple[int | None, float]:
-    """Find the unobserved 3-vector that causes most of the variance of a state. Return its block
-    index and the remaining fraction of its initial 1-sigma.
+    """Find the unobserved 3-vector that causes most of the variance of a state.
 
-    The index is None and the fraction 0 if there is no such 3-vector. The fraction is the ratio of
-    the final to the initial 1-sigma of the block, in the direction that correlates with the state.
+    Return its block index, and the ratio of its final to its initial 1-sigma in the direction that
+    correlates with the state. Return None and 0 if there is no such 3-vector.
     """
     # Test the state's own block first: if it is the source, no other block is.
     for block in sorted(range(len(P) // 3), key=lambda block: block != state // 3):

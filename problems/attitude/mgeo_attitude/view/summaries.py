@@ -27,7 +27,7 @@ BOUND_RATIO_COLUMN = "trace / lower bound [-]"
 
 
 def summarize_plans(plans: Plans) -> list[str]:
-    """Return one line of text per plan with its end and its predicted 1-sigmas.
+    """Return a one-line summary of each plan with its end and its predicted 1-sigmas.
 
     The 1-sigmas are those of the attitude and of each bias about the worst body axis. If the design
     fixes t_end, the line has the attitude 1-sigma that 90 % of Monte Carlo runs do not exceed.
@@ -56,7 +56,7 @@ def summarize_plans(plans: Plans) -> list[str]:
 
 
 def describe_ends(plans: Plans) -> list[str]:
-    """Return one sentence per plan, without a period, on the time at which it ends or converges."""
+    """Return a sentence per plan that states when the plan ends or converges, without a period."""
     times = plans.nominal.t_end, plans.monte_carlo_t_end, plans.end_times
     return [
         _describe_end(plans, *row) for row in zip(*(each.tolist() for each in times), strict=True)
@@ -106,14 +106,14 @@ def _describe_sigma(suite: Suite, sigma: Floats, is_monte_carlo: bool) -> str:
 
 
 def format_nominal_suffix(scenario: Scenario) -> str:
-    """Return ", nominal" as a suffix for titles of nominal results if Monte Carlo results are also
-    shown, otherwise an empty string.
+    """Return the title suffix ", nominal" if there are Monte Carlo results, otherwise an empty
+    string.
     """
     return ", nominal" if scenario.monte_carlo or scenario.is_magnetorquer_driven else ""
 
 
 def format_convergence_time(t_end: float) -> str:
-    """Format the time within which 90 % of Monte Carlo runs converge, as a phrase.
+    """Return a phrase that states when 90 % of Monte Carlo runs have converged.
 
     Parameters
     ----------
@@ -126,8 +126,7 @@ def format_convergence_time(t_end: float) -> str:
 
 
 def build_plan_table(plans: Plans) -> pd.DataFrame:
-    """Return a table of plans, one row each, with results of the nominal run and objectives over
-    Monte Carlo runs.
+    """Return a table of nominal and Monte Carlo results, with one row per plan.
 
     The table has the columns of `compute_quick_metrics` and, for each objective, its 0.9-quantile
     over Monte Carlo runs (see `Plans.compare_with_monte_carlo`). If the scenario has Monte Carlo
@@ -148,8 +147,7 @@ def build_plan_table(plans: Plans) -> pd.DataFrame:
 
 
 def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
-    """Return a table of the results of nominal runs, which are computed quickly, with one row per
-    plan.
+    """Compute a table of nominal results, with one row per plan.
 
     If the scenario has Monte Carlo runs, the names of objectives mark them as nominal. Objectives
     and 1-sigmas are NaN for a design whose covariance lost positivity.
@@ -200,8 +198,7 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
 
 
 def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
-    """Return the 1-sigma of each 3-vector of the state about its worst body axis, as a dict of
-    table columns by name.
+    """Compute the worst-axis 1-sigma of each 3-vector in the state, as table columns.
 
     Parameters
     ----------
@@ -223,8 +220,7 @@ def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
 
 
 def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
-    """Count the nondominated points of a front that converge within the first orbit, and those that
-    converge later. Return both counts as a dict.
+    """Count the nondominated points that converge within the first orbit and after it.
 
     The paper's Table 3 lists these counts for runs of two orbits. In a longer run, the second count
     includes all later orbits.
@@ -247,9 +243,7 @@ def count_front_points(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
 
 
 def format_maneuvers(x: Floats) -> list[str]:
-    """Return one text per maneuver of a design: ``x / y / z for duration``, with body rates in
-    deg/s and the duration in s.
-    """
+    """Format each maneuver as ``x / y / z for duration``, in deg/s and s."""
     maneuvers = x[: len(x) - len(x) % VARIABLES_PER_MANEUVER]
     return [
         f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"

@@ -36,7 +36,7 @@ ALL_STATES = "all parameters"
 
 @dataclass(frozen=True)
 class Failure:
-    """Failed test of a calibration: the evidence, the likely cause and the remedy.
+    """Failed test of a calibration, with its evidence, likely cause and remedy.
 
     ``str(failure)`` is one line of text.
 
@@ -65,19 +65,19 @@ class Failure:
 
     @property
     def summary(self) -> str:
-        """Cause, evidence and action in one line of text, without the alternatives."""
+        """Cause, evidence and action in one line of text."""
         evidence = f" ({self.evidence})" if self.evidence else ""
         action = f": {self.action}" if self.action else ""
         return f"{self.cause}{evidence}{action}"
 
     def list_alternatives(self) -> list[str]:
-        """Return the alternatives, one line of text each."""
+        """Return the alternative causes, one line of text each."""
         return [text.removeprefix("or ") for text in self.alternatives.split("; ") if text]
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorTest:
-    """Result of the innovation tests of one sensor: NIS, whiteness and share of outliers.
+    """Results of the innovation tests of one sensor: NIS, whiteness and outliers.
 
     Attributes
     ----------
@@ -115,32 +115,30 @@ class SensorTest:
 
     @property
     def variance_ratio(self) -> float:
-        """Ratio of the actual to the predicted variance of the mean innovation. A positive
-        correlation of the innovations increases the ratio.
+        """Ratio of the actual to the predicted variance of the mean innovation. Positively
+        correlated innovations increase the ratio.
         """
         correlated = self.correlation if self.correlation > self.correlation_bound else 0.0
         return self.nis * (1.0 + 2.0 * N_LAGS * correlated)
 
     @property
     def has_negative_correlation(self) -> bool:
-        """True if the innovations correlate negatively beyond the bound, which indicates that
-        varying errors are declared too large.
-        """
+        """True if the innovations are correlated negatively beyond the bound."""
         return self.correlation < -self.correlation_bound
 
     @property
     def outlier_percentage(self) -> float:
-        """Percentage of the readings that are outliers."""
+        """Percentage of readings that are outliers."""
         return 100.0 * self.n_outliers / self.n_readings
 
     @property
     def is_noise_as_declared(self) -> bool:
-        """True if the innovations do not scatter more than the declared noise."""
+        """True if the innovations scatter no more than the declared noise."""
         return self.nis <= self.nis_high
 
     @property
     def max_correlation(self) -> float:
-        """Largest acceptable autocorrelation.
+        """Largest autocorrelation with which the innovations still pass as white.
 
         This is the bound for white innovations, or the correlation at which the variance ratio is 1
         if the declared noise is larger than the actual noise.
@@ -158,7 +156,7 @@ class SensorTest:
         return self.n_outliers <= MAX_OUTLIER_FRACTION * self.n_readings
 
     def list_failures(self) -> list[Failure]:
-        """Return the failed tests of the sensor: noise, whiteness and share of outliers."""
+        """Return a failure for each test that the sensor does not pass."""
         result = []
         if not self.is_noise_as_declared:
             result.append(
@@ -192,9 +190,7 @@ class SensorTest:
         return result
 
     def describe_excess_noise(self) -> list[str]:
-        """Return a list with a note for the user if the declared noise of the sensor is larger than
-        the innovations show, otherwise an empty list.
-        """
+        """Return a list with a note if the declared noise is larger than the measured noise."""
         if self.nis >= self.nis_low or self.has_negative_correlation:
             return []
         declared, measured = (
@@ -210,9 +206,7 @@ class SensorTest:
 def describe_overestimated_errors(
     solution: Solution, tests: Iterable[SensorTest]
 ) -> tuple[str, ...]:
-    """Return a tuple with a note for the user if varying errors, such as gyro noise, are declared
-    larger than the telemetry shows, otherwise an empty tuple.
-    """
+    """Return a tuple with a note if varying errors, such as gyro noise, are declared too large."""
     negative_tests = [test for test in tests if test.has_negative_correlation]
     if not negative_tests:
         return ()
@@ -237,8 +231,7 @@ def describe_overestimated_errors(
 
 
 def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
-    """Return the acceptance interval of the mean normalized innovation squared (NIS), as its lower
-    and its upper bound.
+    """Compute the acceptance interval of the mean normalized innovation squared (NIS).
 
     Parameters
     ----------
@@ -253,8 +246,9 @@ def compute_nis_bounds(n_values: int, n_tests: float) -> tuple[float, float]:
 
 
 def compute_correlation_bound(n_values: int, n_tests: float) -> float:
-    """Return the acceptance bound of the largest autocorrelation of white innovations over `N_LAGS`
-    lags.
+    """Compute the acceptance bound for the autocorrelation of white innovations.
+
+    The bound applies to the autocorrelation of largest magnitude within `N_LAGS` lags.
 
     Parameters
     ----------
@@ -267,8 +261,8 @@ def compute_correlation_bound(n_values: int, n_tests: float) -> float:
 
 
 def compute_max_autocorrelation(innovations: Innovations) -> float:
-    """Return the autocorrelation of whitened innovations that has the largest magnitude among the
-    first `N_LAGS` lags. Autocorrelations are averaged over components.
+    """Return the autocorrelation of largest magnitude within `N_LAGS` lags, averaged over
+    components.
     """
     w: Floats = innovations.whitened_values
     variance = (w * w).mean() if len(w) else 1.0
@@ -283,7 +277,7 @@ def compute_max_autocorrelation(innovations: Innovations) -> float:
 def run_sensor_tests(
     fit_result: Fit, filter_results: FilterEstimates, n_tests: float
 ) -> tuple[SensorTest, ...]:
-    """Test the innovations of each sensor that has readings, and return one result per sensor.
+    """Test the innovations of each sensor that has readings.
 
     Parameters
     ----------
@@ -328,8 +322,7 @@ def run_sensor_tests(
 
 @dataclass(frozen=True, kw_only=True)
 class PriorTest:
-    """Result of a chi-square test of the distance between an estimate and its prior, for a block of
-    states or all states.
+    """Result of a chi-square test of the difference between an estimate and its prior.
 
     Attributes
     ----------
@@ -357,9 +350,7 @@ class PriorTest:
 
     @property
     def is_failed(self) -> bool:
-        """True if the p-value is below the significance level, so that the estimate contradicts the
-        prior.
-        """
+        """True if the estimate contradicts the prior at the significance level."""
         return self.p < self.significance_level
 
     @property
@@ -395,9 +386,7 @@ def format_chi_square(
 
 
 def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> pd.DataFrame:
-    """Return a table with one row per test result and one column per field of the result class,
-    indexed by one of the fields.
-    """
+    """Convert test results to a table with one row per result."""
     columns = [field.name for field in fields(test_class)]
     rows = [vars(test) for test in tests]
     frame = pd.DataFrame(rows, columns=columns).set_index(index)
@@ -405,7 +394,7 @@ def tabulate_tests(test_class: type[Any], tests: Sequence[Any], index: str) -> p
 
 
 def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, Failure]]:
-    """Return the chi-square and the description of each failed prior test, as a list of pairs.
+    """Return the chi-square and the failure of each prior test that fails.
 
     The test of all states is included only if no block fails.
     """
@@ -415,17 +404,14 @@ def list_prior_contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, F
 
 
 def count_prior_tests(prior: PriorEstimate) -> int:
-    """Return the number of prior tests: one for each block of states with a prior, and one for all
-    states.
-    """
+    """Return the number of tests that `run_prior_tests` makes."""
     return len(_list_blocks(prior)) + 1
 
 
 def run_prior_tests(
     prior: PriorEstimate, attitude: Floats, states: Floats, significance_level: float
 ) -> tuple[PriorTest, ...]:
-    """Test whether the estimate at the first sample agrees with the prior. Return one result for
-    each block of states and one for all states.
+    """Test whether the estimate at the first sample agrees with its prior.
 
     Parameters
     ----------

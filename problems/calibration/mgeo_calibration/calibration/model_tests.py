@@ -28,7 +28,7 @@ _MAX_DISTANCE_SIGMAS = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class ModelTest:
-    """Result of the score test for one error that the scenario does not model.
+    """Result of a score test for an error that the scenario does not model.
 
     Attributes
     ----------
@@ -77,8 +77,7 @@ class ModelTest:
 def run_model_tests(
     solution: Solution, hypotheses: Mapping[str, Hypothesis], n_tests: float, variance_ratio: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
-    """Test a converged fit for errors that the scenario does not model, and select the errors that
-    explain the data.
+    """Test a converged fit for unmodeled errors, and select the errors that explain the data.
 
     The most significant error is selected first. The other errors are then tested again with the
     selected error estimated, until none is significant: one error resembles many others. The number
@@ -139,7 +138,7 @@ def run_model_tests(
 
 
 def compute_variance_ratio(tests: Sequence[SensorTest]) -> float:
-    """Return the largest `SensorTest.variance_ratio` of all sensors, at least 1."""
+    """Return the largest variance ratio of all sensors, but at least 1."""
     return max([1.0, *(test.variance_ratio for test in tests)])
 
 
@@ -150,9 +149,7 @@ def _select_errors(
     n_tests: float,
     variance_ratio: float,
 ) -> dict[str, tuple[Score, str]]:
-    """Select the significant errors one after the other. Return a dict by name of the error, with
-    its score and a description of its alternatives.
-    """
+    """Select significant errors one by one, and return their scores and alternatives."""
     selected: dict[str, tuple[Score, str]] = {}
     current_scores, n_remaining = single_scores, n_tests
 
@@ -214,8 +211,8 @@ def _describe_alternatives(
 def _score_hypotheses(
     all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return a dict by name of the hypothesis, with the score of its most significant model. The
-    errors in `keys` are estimated at the same time.
+    """Return the score of the most significant option of each hypothesis. The errors in `keys` are
+    estimated at the same time.
     """
     best = {}
     for name, hypothesis in hypotheses.items():
@@ -242,9 +239,7 @@ def _describe_doubts(
     single_scores: Mapping[str, Score],
     all_scores: ScoreTests,
 ) -> Iterator[str]:
-    """Yield a note for each convention, such as the time tags of the gyro, whose alternative fits
-    the telemetry better, but not significantly.
-    """
+    """Yield a note for each convention whose alternative fits better, but not significantly."""
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():

@@ -42,8 +42,7 @@ def print_verification(
     *,
     has_all_axes: bool,
 ) -> None:
-    """Print the verdict, suggestions, error table and constraint violations of a verification, and
-    the written file.
+    """Print the conclusion, suggestions and tables of a verification, and the written file.
 
     Parameters
     ----------
@@ -76,7 +75,7 @@ def print_verification(
 def build_sections(
     plan: ManeuverPlan, verification: Verification, *, has_all_axes: bool
 ) -> list[Section]:
-    """Return the tables of a verification: errors, path constraints and gyro-based guidance.
+    """Return tables of estimation errors, path constraints and gyro-based guidance.
 
     Parameters
     ----------
@@ -139,7 +138,7 @@ def _build_error_table(verification: Verification, states: list[str]) -> pd.Data
 
 
 def _build_violation_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the violations of path constraints with one row per constraint and kind of motion."""
+    """Return path-constraint violations, with one row per constraint and kind of motion."""
     rows = [
         (name, motion, row[f"{motion}: runs [%]"], row[f"{motion}: time [%]"])
         for name, row in table.iterrows()
@@ -149,7 +148,7 @@ def _build_violation_table(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _build_guidance_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the motion with gyro-based guidance; columns of bounds only if there are bounds."""
+    """Return the table of gyro-based guidance, without bound columns if there are no bounds."""
     shown = table.drop(columns=["bound_type", "bound_value", VIOLATED_COLUMN])
     has_bound = table["bound_type"] != ""
     if not has_bound.any():
@@ -165,9 +164,7 @@ def _build_guidance_table(table: pd.DataFrame) -> pd.DataFrame:
 def build_verification_document(
     picked: SelectedPlan, verification: Verification, seed: int
 ) -> VerificationDocument:
-    """Return a verification as a JSON-serializable dict, with the problem and the design of the
-    verified plan.
-    """
+    """Return a verification as a JSON-serializable dict, including the problem and the design."""
     plan = picked.plan
     table = verification.table.reset_index()
     violations = plan.list_violations()
@@ -209,9 +206,7 @@ def build_verification_document(
 
 
 def build_result_path(source: Path, picked: SelectedPlan, seed: int) -> Path | None:
-    """Return the path of the result file of a solution in its run folder, or None for a plan that
-    was not selected from a run folder.
-    """
+    """Return the path of a verification result in the run folder, or None for a plan file."""
     number = picked.solution
     return None if number is None else source / f"verification-solution{number}-seed{seed}.json"
 

@@ -33,8 +33,7 @@ _HALF_EDGES = (0.2, 0.32, 0.12)
 def compute_body_rotations(
     intervals: RateIntervals, attitude: Floats, step: float
 ) -> dict[str, Floats]:
-    """Return the rotation vectors between successive attitudes of the satellite, for an animation,
-    as a dict of times [s] and vector components [deg].
+    """Compute the rotations between successive attitudes for an animation.
 
     Parameters
     ----------
@@ -69,8 +68,7 @@ def compute_body_rotations(
 
 
 def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    """Return the vectors of the smallest rotations between successive directions, for an animation,
-    as a dict of times [s] and vector components [deg].
+    """Compute the smallest rotations between successive directions for an animation.
 
     Parameters
     ----------
@@ -98,10 +96,10 @@ def compute_direction_rotations(times: Floats, vectors: Floats) -> dict[str, Flo
 
 
 def compute_sun_field_rotations(environment: Environment) -> dict[str, dict[str, Floats]]:
-    """Return the rotation vectors that animate the inertial directions of the Sun and of the
-    magnetic field, as a dict with the keys ``Sun`` and ``field``.
+    """Compute the rotations that animate the Sun direction and the magnetic field direction.
 
-    See `compute_direction_rotations` for the format of each value.
+    The result is a dict with the keys ``Sun`` and ``field``. See `compute_direction_rotations` for
+    the format of its values.
     """
     last = len(environment.times) - 1
     steps = np.unique(np.rint(np.linspace(0, last, _N_DIRECTION_ROTATIONS + 1)).astype(np.int64))
@@ -119,8 +117,7 @@ def draw_attitude(
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
-    """Return an animated plotly figure of the satellite body, the Sun direction and the field
-    direction in inertial space.
+    """Draw an animated figure of the satellite with the Sun and field directions in inertial space.
 
     Parameters
     ----------

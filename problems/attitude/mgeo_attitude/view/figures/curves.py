@@ -18,8 +18,7 @@ _TOLERANCE = 0.002
 
 
 def simplify_curves(x: Floats, curves: Floats, n_points: int) -> NDArray[np.int64]:
-    """Return the indices of at most `n_points` samples, chosen so that the polyline through these
-    samples approximates all curves.
+    """Select at most `n_points` samples that approximate all curves by polylines.
 
     Starting from both ends, the sample farthest from the polyline is added until there are
     `n_points` points or the tolerance is met (Douglas and Peucker 1973). The distance is the
@@ -66,7 +65,7 @@ _SCALE = 10000.0 / np.sqrt(8.0)
 
 
 def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
-    """Project directions onto a map of the sphere in Hammer's equal-area projection.
+    """Project directions onto a map in Hammer's equal-area projection.
 
     The body's x axis is at the center of the map, y on the right, z on top. Vectors with NaN are
     dropped. Source: E. Hammer, Über die Planisphäre von Aitow, Petermanns Mitteilungen 38 (1892)
@@ -94,8 +93,7 @@ def project_directions(vectors: Floats) -> tuple[Int16Array, Int16Array]:
 
 
 def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
-    """Project a circle of directions around an axis onto a map of the sphere in Hammer's equal-area
-    projection.
+    """Project a circle of directions onto a map in Hammer's equal-area projection.
 
     The line is interrupted by NaN where it crosses the edge of the map.
 
@@ -124,7 +122,7 @@ def project_circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
 
 
 def draw_graticule() -> list[dict[str, Any]]:
-    """Return plotly traces of the meridians, the parallels and the axis labels of the map."""
+    """Return plotly traces of the map grid and the axis labels."""
     latitudes = np.linspace(-90.0, 90.0, 37)
     # At exactly ±180 degrees, a meridian would jump to the other side of the map.
     longitudes = np.linspace(-179.999, 179.999, 73)
@@ -143,9 +141,7 @@ def draw_graticule() -> list[dict[str, Any]]:
 
 
 def _project_line(longitude: Any, latitude: Any) -> Floats:
-    """Project a line with the given longitudes and latitudes [deg] onto the map. NaN at the end
-    separates it from the next line.
-    """
+    """Project a line of longitudes and latitudes [deg] onto the map, followed by a NaN point."""
     east, north = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
     level = np.cos(north)
     points = np.column_stack([level * np.cos(east), level * np.sin(east), np.sin(north)])

@@ -39,7 +39,7 @@ _MINUTE = 60.0
 
 
 class _Scale(NamedTuple):
-    """Quantity that the vertical axis of the front shows: the attitude accuracy or the trace.
+    """Quantity on the vertical axis: attitude accuracy or trace of the covariance.
 
     `column` is its column in arrays of t_end, trace and attitude 1-sigma. `required` is the
     required value, infinite without a requirement.
@@ -52,7 +52,7 @@ class _Scale(NamedTuple):
 
 
 class _Axis(NamedTuple):
-    """Linear or logarithmic axis with its range in the coordinates of plotly."""
+    """Linear or logarithmic plotly axis with its range."""
 
     is_log: bool
     low: float
@@ -71,7 +71,7 @@ class _Axis(NamedTuple):
         return [self.low, self.high]
 
     def locate(self, value: float) -> float:
-        """Return the position of a value between 0 and 1 along the axis."""
+        """Return the relative position of a value along the axis, from 0 to 1."""
         position = math.log10(value) if self.is_log else value
         return (position - self.low) / (self.high - self.low)
 
@@ -86,13 +86,12 @@ def draw_front(
     lower_bound: Floats,
     knee_index: int | None,
 ) -> go.Figure:
-    """Return a plotly figure with the attitude accuracy or the trace of each plan against its
-    convergence time.
+    """Draw the attitude accuracy or the trace of each plan against its convergence time.
 
     Buttons select the attitude 1-sigma [deg] or the trace. The hover text of a plan lists its
-    maneuvers. The traces are the boundary of the dominated region; the lower bound; the values that
-    are not exceeded in 90 % of XX and the labels
-    of min-time, knee and min-trace. The time after the end of the window is shaded.
+    maneuvers. The figure also shows the boundary of the dominated region, the lower bound, the
+    values that 90 % of Monte Carlo runs do not exceed, the required accuracy, and labels of the
+    min-time, knee and min-trace plans. The time after the end of the window is shaded.
 
     Parameters
     ----------
@@ -250,7 +249,7 @@ def _draw_requirement(scale: _Scale, time_axis: _Axis) -> Iterator[dict[str, Any
 def _draw_labels(
     points: Floats, roles: dict[int, str], time_axis: _Axis
 ) -> Iterator[dict[str, Any]]:
-    """Draw a ring and the name of each plan that has a role."""
+    """Draw a ring and a name at each plan that has a role, such as the knee."""
     rows = list(roles)
     # Below the front, labels cover no points; the first plan has no points to its upper right.
     sides = ["left" if time_axis.locate(points[row, 0]) > 0.6 else "right" for row in rows]
@@ -276,7 +275,7 @@ def _draw_texts(
 
 
 def _build_time_axis(scenario: Scenario, times: Floats) -> _Axis:
-    """Return the axis of the times [min]. It includes the end of the window unless this is late."""
+    """Return the time axis [min], which includes the end of the window if it is close."""
     times = times[~np.isnan(times)]
     is_log, deadline = needs_log_axis(times), scenario.deadline / _MINUTE
     if deadline < 3.0 * times.max():

@@ -35,11 +35,11 @@ _ECLIPSE_COLOR = "rgba(128,128,128,0.22)"
 
 
 def draw_plans(plans: Plans) -> Iterator[dict[str, dict[str, Any]]]:
-    """Yield the small figures of each plan, as one dict of figures by name per plan. Each figure is
-    a dict in the format of plotly.
+    """Yield one dict of small plotly figures per plan, keyed by figure name.
 
     The figures show body rates, attitude in space, directions of Sun and field, trace and 1-sigmas.
-    Eclipses are shaded. The dict is empty for a plan whose covariance lost positivity.
+    Each figure is a dict in plotly's JSON format. Eclipses are shaded. The dict of figures is empty
+    for a plan whose covariance lost positivity.
     """
     problem = plans.problem
     eclipses, inertial = _list_eclipses(problem), compute_sun_field_rotations(problem.environment)
@@ -103,7 +103,7 @@ def _draw_rates(problem: AttitudeManeuverProblem, intervals: RateIntervals) -> d
 
 
 def _build_rate_polyline(intervals: RateIntervals, model: FilterModel) -> tuple[Floats, Floats]:
-    """Return the body rates as a polyline over time: times [s] and rates [deg/s] of its vertices.
+    """Return the times [s] and body rates [deg/s] of a polyline through the rate profile.
 
     The intervals of a ramp, one step each, become a straight line through their midpoints.
     """

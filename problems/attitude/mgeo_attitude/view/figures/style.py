@@ -20,7 +20,7 @@ _DASHES = ("solid", "9px,3px", "3px,3px", "12px,3px,3px,3px", "18px,3px", "6px,3
 
 
 def build_line_style(index: int, width: float = 2) -> dict[str, Any]:
-    """Return color, dash pattern and width of the curve with a given index, as a plotly dict."""
+    """Return the color, dash pattern and width of a curve as a plotly dict."""
     color, dash = COLORS[index % len(COLORS)], _DASHES[index % len(_DASHES)]
     return {"color": color, "dash": dash, "width": width}
 
@@ -53,7 +53,7 @@ MAX_SELECTED = 6
 
 @dataclass(frozen=True)
 class PlottedSolutions:
-    """Plans that are shown in a figure, with their objectives, attitude 1-sigmas and labels.
+    """Plans shown in a figure, with their objectives, attitude 1-sigma and labels.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class PlottedSolutions:
 
     @classmethod
     def from_plans(cls, plans: Plans) -> PlottedSolutions:
-        """Construct the object from those plans whose objectives are finite.
+        """Select the plans that have finite objectives.
 
         Plans whose covariance lost positivity are left out.
 
@@ -96,8 +96,7 @@ class PlottedSolutions:
         return cls(rows, designs[rows], F[rows], sigma, labels)
 
     def find_roles(self, knee_index: int | None = None) -> dict[int, str]:
-        """Return the names of the knee and of the plans with the smallest t_end and the smallest
-        trace, as a dict by index.
+        """Return a dict that maps plan indices to the roles "knee", "min-time" and "min-trace".
 
         Parameters
         ----------
@@ -112,11 +111,11 @@ class PlottedSolutions:
         return roles
 
     def format_label(self, index: int, roles: Mapping[int, str]) -> str:
-        """Return the label of a plan with its role, such as "plan 3, min-time"."""
+        """Return the label of a plan including its role, such as "plan 3, min-time"."""
         return ", ".join([self.labels[index], *([roles[index]] if index in roles else [])])
 
     def select_representative(self, knee_index: int | None = None) -> PlottedSolutions:
-        """Return a selection of the plans: those of `find_roles`, or all if there are at most six.
+        """Select the plans that have a role, or all plans if there are at most six.
 
         Parameters
         ----------

@@ -33,8 +33,7 @@ _HOLD_COLOR = "rgba(128,128,128,0.15)"
 
 
 def build_figures(plans: Plans) -> dict[str, go.Figure]:
-    """Return plotly figures of a front as a dict with the keys ``front``, ``maneuvers`` and
-    ``convergence``.
+    """Draw the figures ``front``, ``maneuvers`` and ``convergence`` of a front.
 
     ``maneuvers`` and ``convergence`` show up to six plans. Plans are numbered by their row in the
     front. Plans whose covariance lost positivity are left out. ``front`` exists only for the
@@ -82,7 +81,7 @@ def build_figures(plans: Plans) -> dict[str, go.Figure]:
 def draw_maneuvers(
     problem: AttitudeManeuverProblem, solutions: PlottedSolutions, hold_ends: Floats | None = None
 ) -> go.Figure:
-    """Return a plotly figure of body rates against time, with one panel per plan.
+    """Draw body rates against time, with one panel per plan.
 
     Each panel has its own time axis.
 
@@ -146,8 +145,7 @@ def draw_maneuvers(
 def compute_rate_profile(
     problem: AttitudeManeuverProblem, x: Floats, end_time: float
 ) -> tuple[Floats, Floats, float]:
-    """Return the body rates of a plan at the times at which they change, from the first maneuver to
-    the end of the hold or of the slew back.
+    """Return the body rates of a plan and the times at which they change.
 
     Parameters
     ----------
@@ -179,9 +177,7 @@ _COLUMNS = 2
 
 
 def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutions) -> go.Figure:
-    """Return a plotly figure of the trace and the worst-axis 1-sigmas against time, with one curve
-    per plan in each panel.
-    """
+    """Draw the trace and the worst-axis 1-sigmas against time, with one curve per plan."""
     blocks = list_block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label} [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
@@ -225,7 +221,7 @@ def draw_convergence(problem: AttitudeManeuverProblem, solutions: PlottedSolutio
 def compute_convergence_curves(
     problem: AttitudeManeuverProblem, solutions: PlottedSolutions
 ) -> list[tuple[Floats, Floats]]:
-    """Return, for each plan, the trace and the worst-axis 1-sigmas at sample times up to its t_end.
+    """Compute the trace and the worst-axis 1-sigmas of each plan over time, until its t_end.
 
     Returns
     -------
@@ -247,9 +243,7 @@ def compute_convergence_curves(
 
 
 def select_sample_steps(last: int) -> NDArray[np.int64]:
-    """Return the indices of the filter steps at which a curve is drawn, from 0 to `last`, denser at
-    the start.
-    """
+    """Return filter steps from 0 to `last` at which to draw a curve, denser at the start."""
     even = np.linspace(0, last, _SAMPLES)
     dense_at_start = np.geomspace(1, last, _SAMPLES)
     return np.unique(np.rint(np.concatenate([even, dense_at_start])).astype(np.int64))

@@ -14,8 +14,7 @@ from mgeo_attitude.sensors.suite import Suite, list_block_units
 
 
 class StateLabels(NamedTuple):
-    """Name, display unit and conversion factor of each state of the filter, in the order of the
-    state vector.
+    """Names, display units and conversion factors of the filter states.
 
     Attributes
     ----------
@@ -50,7 +49,7 @@ _MIN_AXIS_COSINE = np.cos(np.radians(15.0))
 
 
 def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
-    """Return a phrase that describes a direction in the state space of the filter.
+    """Describe a direction in the state space of the filter as a phrase.
 
     An example is ``common rotation of attitude and both sensors about body z``. Misalignments of
     sensors with the same rotation vector are grouped, together with the attitude if it has the same
@@ -98,10 +97,10 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
 def _group_rotations(
     sensors: Sequence[str], blocks: Sequence[str], vector: dict[str, Floats]
 ) -> list[str]:
-    """Return the names of the 3-vectors that have nearly the same rotation vector as the first
-    sensor misalignment in `blocks`: sensor misalignments and possibly the attitude.
+    """List the attitude and sensor misalignments that have nearly equal rotation vectors.
 
-    The list is empty if no other 3-vector has this rotation vector.
+    The reference is the first sensor misalignment in `blocks`. The list is empty if no other
+    3-vector has nearly the same rotation vector.
     """
     tilts = [vector[name] for name in blocks if name in sensors]
     if not tilts:
@@ -115,8 +114,7 @@ def _group_rotations(
 
 
 def _join_names(names: Sequence[str], n_misaligned: int) -> str:
-    """Return a phrase that lists grouped 3-vectors of the state, such as "attitude and both
-    sensors".
+    """Join the names of grouped sensors, as in "attitude and both sensors".
 
     `n_misaligned` is the number of sensors with a misalignment.
     """
@@ -138,8 +136,7 @@ def _format_axis(vector: Floats) -> str:
 
 
 def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
-    """Return the correlation matrix of a covariance as a table, with state names as index and
-    columns.
+    """Compute the correlation matrix of a covariance, labeled with state names.
 
     Parameters
     ----------
@@ -160,7 +157,7 @@ def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame
 
 
 def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
-    """Scale a covariance so that every state is in units of its initial 1-sigma.
+    """Scale a covariance to units of the initial 1-sigma of each state.
 
     The normalization makes states of different units comparable (Ham & Brown, "Observability,
     Eigenvalues, and Kalman Filtering", IEEE Transactions on Aerospace and Electronic Systems 19
@@ -185,8 +182,7 @@ def normalize_covariance(model: FilterModel, covariance: Floats) -> Floats:
 def find_least_observable(
     model: FilterModel, covariance: Floats, n_directions: int = 3
 ) -> pd.DataFrame:
-    """Return a table of the least observable directions in state space, that is, those with the
-    largest remaining uncertainty.
+    """Return the directions in state space with the largest remaining uncertainty.
 
     The remaining uncertainty is the ratio of the final to the initial 1-sigma along the direction.
     The directions are eigenvectors of the covariance in units of the initial 1-sigmas; see

@@ -24,8 +24,7 @@ TOTAL = "all"
 def compute_error_budget(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return the error budget of a plan as a table: the contribution of each error source to the
-    final worst-axis 1-sigma of each 3-vector of the state.
+    """Compute the contribution of each error source to the final 1-sigmas.
 
     Parameters
     ----------
@@ -55,8 +54,7 @@ def compute_error_budget(
 def find_error_drivers(
     model: FilterModel, budget_table: pd.DataFrame, improvements: pd.DataFrame
 ) -> pd.DataFrame:
-    """Return a table of the largest error sources of each 1-sigma that the scenario constrains, or
-    of the attitude if the scenario has no such requirements.
+    """Return the largest error sources of each required 1-sigma, by default of the attitude.
 
     Parameters
     ----------
@@ -94,8 +92,7 @@ def find_error_drivers(
 def compute_measurement_times(
     model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return a table of the time [s] during which each sensor provides measurements, with one row
-    per phase of a plan and one column per sensor.
+    """Compute the measurement time of each sensor in each phase of a plan.
 
     Parameters
     ----------
@@ -131,8 +128,7 @@ def _find_worst_axis(history: FilterHistory, block: int) -> int:
 def compute_uncertainty_by_phase(
     model: FilterModel, design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """Return a table with the trace and the 1-sigma of every state at the start of a plan and at
-    the end of each phase.
+    """Return the trace and the 1-sigma of every state at the end of each phase.
 
     Parameters
     ----------

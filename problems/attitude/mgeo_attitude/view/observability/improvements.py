@@ -33,8 +33,7 @@ _AXES = np.eye(3)
 def build_baselines(
     scenario: Scenario, duration: float, rate_deg_s: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Return simple designs for comparison with an optimized plan, such as a rotation about each
-    body axis in turn. The result is a dict of design vectors by name.
+    """Build simple designs for comparison with a plan, such as rotations about one body axis.
 
     Parameters
     ----------
@@ -65,8 +64,7 @@ def build_baselines(
 def build_matching_baselines(
     scenario: Scenario, phases: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
-    """Return the simple designs of `build_baselines` with a total duration equal to that of the
-    maneuvers of a plan.
+    """Build the designs of `build_baselines` with the maneuver duration of a plan.
 
     Parameters
     ----------
@@ -86,8 +84,7 @@ def build_matching_baselines(
 def compare_designs(
     problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], time: float
 ) -> pd.DataFrame:
-    """Return a table that compares the traces and the worst-axis 1-sigmas of several designs at the
-    same time.
+    """Compare the traces and worst-axis 1-sigmas of several designs at the same time.
 
     The filter need not have converged at that time.
 
@@ -136,9 +133,7 @@ def _divide_equally(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ..
 
 
 def _stack_designs(designs: list[np.ndarray]) -> np.ndarray:
-    """Stack designs as rows of an array. Shorter designs are padded at the start with maneuvers of
-    zero duration.
-    """
+    """Stack designs as rows, padding short designs with leading zero-duration maneuvers."""
     longest = max(design.size for design in designs)
     if any(design.size % VARIABLES_PER_MANEUVER or design.ndim != 1 for design in designs):
         raise ValueError(
@@ -161,8 +156,7 @@ UNCHANGED = "unchanged"
 def evaluate_improvements(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> pd.DataFrame:
-    """Return a table of the worst-axis 1-sigmas that a plan would reach if one error source were
-    halved or if the plan were longer, with one row per change.
+    """Compute the worst-axis 1-sigmas of a plan after changes such as a halved error source.
 
     The error sources are those of `filter.error_budget`: initial 1-sigmas, gyro noise, drift of the
     gyro bias, and sensor noise. A longer plan has 300 s more at the last rate, or 300 s more of
@@ -208,9 +202,7 @@ def evaluate_improvements(
 
 
 def _compute_sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
-    """Return the worst-axis 1-sigma of each 3-vector of the state at a filter step, in filter
-    units, shape (n_blocks,).
-    """
+    """Return the worst-axis 1-sigma of each 3-vector in the state, in filter units."""
     result = evaluate(
         model.full_duration_model, np.atleast_2d(np.asarray(design, dtype=float)), 1, history=True
     )
@@ -237,9 +229,7 @@ def _halve_noise(suite: Suite) -> Iterator[tuple[str, Suite]]:
 def _add_rotations(
     model: FilterModel, design: ArrayLike, t_end: float, rate_deg_s: float
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield one extended design for each body axis, with the name of the axis: the last rate is
-    held until `t_end`, then the satellite rotates about the axis.
-    """
+    """Yield designs that hold the last rate until `t_end` and then rotate about one body axis."""
     if isinstance(model.slew_limits, MagnetorquerDrive):
         return
     maneuvers = np.array(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)
