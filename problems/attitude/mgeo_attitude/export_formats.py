@@ -60,7 +60,7 @@ FORMATS = (
         "that it leads to",
         "uplink:to_uplink_csv",
     ),
-    ExportFormat("timeline", ".csv", "timeline with attitudes", "files:to_csv"),
+    ExportFormat("timeline", ".csv", "timeline with attitudes; each ramp is a row", "files:to_csv"),
     ExportFormat(
         "CCSDS AEM",
         ".aem",

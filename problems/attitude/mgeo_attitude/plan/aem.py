@@ -7,7 +7,7 @@ rates are written as quaternion derivatives; in version 2.0 they are angular vel
 axes. REF_FRAME_A is GCRF, the frame of all tables of this package, or EME2000, whose axes differ by
 0.02 arc seconds.
 
-Each phase of constant rate is a segment, because readers must not interpolate across the ends of a
+Each phase of the plan is a segment, because readers must not interpolate across the ends of a
 segment (4.2.4.8.3). A segment starts at the instant at which the previous segment ends.
 """
 

@@ -24,7 +24,7 @@ def build_scenario_schema() -> dict[str, Any]:
     ('time step of the filter', 's')
     """
     schema = build_schema(Scenario)
-    description = "complete scenario, which gives a value to every key that the file does not state"
+    description = "complete scenario, whose values apply to all keys that the file does not state"
     preset = {"preset": {"enum": list(PRESETS), "description": description}}
     tables = {
         name: {key: value for key, value in table.items() if key != "required"}

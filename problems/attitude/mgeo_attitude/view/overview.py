@@ -163,7 +163,7 @@ def _describe_phases(plans: Plans, table: pd.DataFrame) -> str:
     if plans.problem.model.slew_limits is not None:
         sentences.append("Duration and angle include the ramp to the rates.")
     if "hold" in table.index:
-        sentences.append("Hold: the last rates are kept until convergence.")
+        sentences.append("Hold: the satellite keeps the last rates.")
     return " ".join(sentences)
 
 
