@@ -54,8 +54,8 @@ class FrontRow(TypedDict):
 
     Further keys are quantities of the problem, with the unit at the end of the key. The problem
     `attitude` has `converges_after_s` (`ends_after_s` with the convergence rules `end` and
-    `required`), `attitude_1sigma_deg`, `covariance_trace` and, if a lower bound is available,
-    `trace_ratio`, the ratio of the trace to its lower bound.
+    `required`), `attitude_1sigma_deg`, `weighted_trace` and, if a lower bound is available,
+    `trace_ratio_to_lower_bound`.
     """
 
     solution: int

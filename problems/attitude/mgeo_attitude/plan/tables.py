@@ -174,6 +174,7 @@ def _describe_timeline(plan: ManeuverPlan) -> str:
     }
     if len(maneuvers) < plan.scenario.maneuvers.count:
         text += " Maneuvers without duration are omitted."
+    text += " Most reduced: quantity whose 1-sigma is divided by the largest factor."
     if any(label.startswith(HOLD_LABEL) for label in labels):
         text += " Hold: the satellite keeps the last rates."
     return text
