@@ -186,11 +186,12 @@ def _describe_accuracy(plan: ManeuverPlan) -> str:
         if plan.scenario.is_magnetorquer_driven
         else "nominal run, without random errors"
     )
+    nominal = ", when the nominal run converges" if plan.scenario.monte_carlo else ""
     text = (
         "1-sigma about the worst body axis, before the plan and after "
-        f"{format_duration(plan.t_end)}. Predicted: {predicted}. 90 % of runs: not exceeded in "
-        f"90 % of {plan.view.n_monte_carlo_runs} Monte Carlo runs with random errors of attitude "
-        "and rates."
+        f"{format_duration(plan.t_end)}{nominal}. Predicted: {predicted}. 90 % of runs: not "
+        f"exceeded in 90 % of {plan.view.n_monte_carlo_runs} Monte Carlo runs with random errors "
+        "of attitude and rates."
     )
     if "lower bound" in plan.accuracy:
         text += " Lower bound: for any maneuver of this duration. Ratio: predicted / lower bound."
