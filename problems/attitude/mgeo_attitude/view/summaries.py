@@ -56,7 +56,9 @@ def summarize_plans(plans: Plans) -> list[str]:
 
 
 def describe_ends(plans: Plans) -> list[str]:
-    """Return a sentence per plan that states when the plan ends or converges, without a period."""
+    """Return one sentence per plan that states when the plan ends or converges, without final
+    punctuation.
+    """
     times = plans.nominal.t_end, plans.monte_carlo_t_end, plans.end_times
     return [
         _describe_end(plans, *row) for row in zip(*(each.tolist() for each in times), strict=True)
@@ -198,7 +200,8 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
 
 
 def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
-    """Compute the worst-axis 1-sigma of each 3-vector in the state, as table columns.
+    """Return the worst-axis 1-sigma of each 3-vector in the state, such as the gyro bias, keyed by
+    column name.
 
     Parameters
     ----------
