@@ -336,7 +336,7 @@ class Instrument(TypedDict):
 
 
 class PlanDocument(TypedDict):
-    """Sections about a plan, of which `--section` selects some."""
+    """Sections about a plan, as selected by the option `--section`."""
 
     summary: NotRequired[PlanSummary]
     """Summary."""

@@ -43,7 +43,7 @@ def build_step_parts(
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
 ) -> dict[str, str]:
-    """Generate the Python source of one filter step, divided into several parts.
+    """Generate the Python source of one step of the covariance filter, as a dict keyed by part.
 
     The result maps the name of each part, such as ``propagate`` or ``update_0``, to its source, in
     execution order. The source describes one candidate. It consists of assignments to names and to
@@ -101,7 +101,7 @@ class _StepBuilder:
         return Triangle(code, self.slots.scratch)
 
     def take_constants(self, code: Code, n_constants: int) -> list[Symbol]:
-        """Return symbols for the next `n_constants` constants of the filter step.
+        """Return code symbols for the next `n_constants` constants that the filter step reads.
 
         Successive calls return the constants in the order of `variants.stack_constants`.
         """
@@ -110,7 +110,8 @@ class _StepBuilder:
     def select_table_values(
         self, code: Code, group: str, first: int, count: int
     ) -> Sequence[Symbol]:
-        """Return symbols for `count` values in the current row of the orbit table.
+        """Return code symbols for `count` consecutive values in the orbit-table row of the current
+        step.
 
         The values start at column `first` of the named group of columns.
         """
@@ -121,7 +122,8 @@ class _StepBuilder:
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
     def load_body_vector(self, code: Code, group: str, index: int = 0) -> Vec3:
-        """Return symbols for a vector of the orbit table, converted to body axes.
+        """Return code symbols for a vector in the orbit table, such as the Sun direction, in body
+        axes.
 
         The vector has the number `index` in the named group of columns.
         """
@@ -262,7 +264,8 @@ def _sum_trace(step: _StepBuilder) -> None:
 def compute_instrument_constants(
     suite: Suite, step: float, path_constraints: Sequence[PathConstraint] = ()
 ) -> np.ndarray:
-    """Return the constants of a filter step that depend on instruments and path constraints.
+    """Return the constants of a filter step that depend on instruments and path constraints, such
+    as noise variances.
 
     The constants are, in this order: decay factor and process-noise variances of each Gauss-Markov
     process; the constants of the path constraints (`path_constraints.list_cone_constants`); and for

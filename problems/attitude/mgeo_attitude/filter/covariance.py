@@ -90,7 +90,7 @@ def _predict_coupled(
 def _predict_cross_covariance(
     P: Triangle, n_coupled: int, n: int, rows: Mapping[int, list[int]], F: SparseMatrix
 ) -> None:
-    """Generate code that applies the transition of the coupled states to their covariance with
+    """Generate code for the time update of the covariance between the first `n_coupled` states and
     later states.
 
     Three rows are processed together, so that an entry of F is loaded once for three products.
@@ -106,7 +106,8 @@ def _predict_cross_covariance(
 
 
 def _predict_diagonal(P: Triangle, block: int, n: int, F: SparseMatrix, Q: SparseMatrix) -> None:
-    """Generate code for the time update of a block of three states whose rows of F are diagonal.
+    """Generate code for the time update of a block of three states with a diagonal transition
+    matrix.
 
     The block starts at the index `block`.
     """
@@ -340,7 +341,7 @@ def _iterate_gaps(blocks: Sequence[int], end: int) -> Iterator[tuple[int, int]]:
 
 
 def _format_gain_slot(P: Triangle, i: int | Index, r: int) -> str:
-    """Return the workspace slot of entry (i, r) of P Hᵀ, as source text.
+    """Return the source text of the workspace index that stores entry (i, r) of the matrix P Hᵀ.
 
     The index i is the state, and r is the component of the measurement. Entry (i, r) of the scaled
     gain G later overwrites the slot.

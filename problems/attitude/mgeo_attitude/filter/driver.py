@@ -27,7 +27,8 @@ CACHE_SIZE = 256
 
 @helper
 def allocate_workspace(n_slots, lanes):
-    """Allocate a zero workspace, shape (n_slots, lanes), that is aligned to a cache line.
+    """Return a zero-filled workspace for the filter values of all SIMD lanes. The array, shape
+    (n_slots, lanes), is aligned to a cache line.
 
     A vector that spans two cache lines loads at half the speed.
     """
@@ -39,7 +40,7 @@ def allocate_workspace(n_slots, lanes):
 
 @helper
 def allocate_ring_buffer(window, lanes):
-    """Allocate the ring buffer for the latest covariance traces of all vector lanes.
+    """Allocate a ring buffer for the latest covariance traces of the candidates in all SIMD lanes.
 
     The buffer has the shape (size, lanes). Its size is the smallest power of two that exceeds the
     convergence window, in steps. With a power of two, an index is computed by a bit mask. The
@@ -102,9 +103,9 @@ def write_maneuver(values, omega, dynamics):
 
 @helper
 def compute_cache_row(key):
-    """Return the row of the maneuver cache in which a key is stored.
+    """Hash a body rate and a model variant to a row of the cache of discretized maneuvers.
 
-    The row is a hash of the key, which consists of the model variant and the bits of the body rate.
+    The key consists of the model variant and the bits of the body rate.
     """
     value = np.uint64(0)
     for number in key:
@@ -115,7 +116,8 @@ def compute_cache_row(key):
 
 @helper
 def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
-    """Load the step constants of a maneuver into a vector lane, from the cache if possible.
+    """Load the filter-step constants for a body rate into a SIMD lane. They are read from a cache
+    if possible, and computed otherwise.
 
     The constants are the step rotation, the transition matrix and the process noise.
     """
@@ -134,7 +136,7 @@ def load_maneuver(W, lane, rotation, omega, dynamics, variant, cache):
 
 @helper
 def load_axis_angle(W, lane, slot, omega, dt):
-    """Load the rotation of the body in one step into a vector lane of the workspace.
+    """Compute the rotation of the body in one filter step, and store it in a SIMD lane.
 
     The values are the unit axis, the angle, and the sine and cosine of the angle. The axis is zero
     at zero rate.
@@ -148,7 +150,7 @@ def load_axis_angle(W, lane, slot, omega, dt):
 
 @helper
 def save_lane(W, lane, n_values, traces, row, n, state):
-    """Save the filter state and the latest n covariance traces of a vector lane to `state`."""
+    """Copy the filter state and the latest n covariance traces of a SIMD lane to `state`."""
     for j in range(n_values):
         state[j] = W[j, lane]
     for j in range(n):
@@ -157,7 +159,7 @@ def save_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def restore_lane(W, lane, n_values, traces, row, n, state):
-    """Restore a vector lane from an array `state` that `save_lane` has written."""
+    """Restore the filter state of a SIMD lane from an array that `save_lane` has written."""
     for j in range(n_values):
         W[j, lane] = state[j]
     for j in range(n):
@@ -166,7 +168,7 @@ def restore_lane(W, lane, n_values, traces, row, n, state):
 
 @helper
 def has_converged(traces, lane, row, window, decrease, allow_rise):
-    """Return True if the covariance trace of a vector lane has converged.
+    """Return True if the covariance trace of the candidate in a SIMD lane has converged.
 
     The trace has converged if it fell by less than the fraction `decrease` over the convergence
     window. A rise counts as convergence only if `allow_rise` is true. A NaN trace counts as
@@ -179,9 +181,8 @@ def has_converged(traces, lane, row, window, decrease, allow_rise):
 
 @helper
 def count_settled_steps(traces, lane, row, k, factor):
-    """Count the consecutive steps before the current step at which the trace was already settled.
-
-    A trace is settled if it is at most `factor` times the current trace. The count is at most k.
+    """Count the consecutive preceding steps whose covariance trace is at most `factor` times the
+    current trace. The count is at most k.
     """
     bound, n = factor * traces[row, lane], 0
     while n < k and traces[(row - n - 1) & (len(traces) - 1), lane] <= bound:
@@ -214,7 +215,8 @@ def run(
     final_values,
     record,
 ):
-    """Run filter jobs from a shared queue until it is empty, and write results to output arrays.
+    """Run the covariance filter for all jobs in a queue, and write the results to output arrays.
+    Each job is a range of filter steps of one design.
 
     Several threads may call the function at once. A lane that has finished a job takes the next job
     from the queue and restarts its clock. Lanes do not exchange values, and a job continues from

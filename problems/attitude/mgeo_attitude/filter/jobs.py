@@ -31,7 +31,8 @@ _MIN_COMMON_STEPS = 16
 
 
 class Jobs(NamedTuple):
-    """Table of n filter jobs, each of which runs a range of filter steps of a design.
+    """Table of n filter jobs. Each job runs the covariance filter over a range of steps of one
+    design.
 
     The table has one array per column. A job starts from the final state of its parent job.
 
@@ -59,7 +60,7 @@ class Jobs(NamedTuple):
 
 
 def build_separate_jobs(variant_index: Ints) -> Jobs:
-    """Build a job table in which each design is run separately from start to end.
+    """Build a job table with one complete filter run per design, without steps shared by designs.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def build_separate_jobs(variant_index: Ints) -> Jobs:
 def build_shared_jobs(
     rates: Floats, starts: Ints, maneuver_end_steps: Ints, n_steps: int, variant_index: Ints
 ) -> Jobs:
-    """Build a job table that runs the initial steps shared by several designs only once.
+    """Build a job table in which initial filter steps common to several designs are run only once.
 
     Equal designs are also run only once. Designs of different model variants share no steps.
 
@@ -115,7 +116,9 @@ def build_shared_jobs(
 
 
 def _count_common_steps(rates: Floats, ends: Ints) -> Ints:
-    """Count the initial steps that each design shares with the next design in sorted order."""
+    """Count the initial steps in which each design has the same body rates as the next design in
+    sorted order.
+    """
     same_rate = (rates[1:] == rates[:-1]).all(axis=2)
     same = same_rate & (ends[1:] == ends[:-1])
     count = np.minimum.accumulate(same, axis=1).sum(axis=1)
@@ -147,7 +150,8 @@ def _build_tree(unique: Ints, common: Ints, representative: Ints) -> Jobs:
 
 @compile_on_first_call("UniTuple(int64[::1], 3)(int64[::1], int64[::1])")
 def _build_nodes(unique: Ints, common: Ints) -> tuple[Ints, Ints, Ints]:
-    """Build the tree of the initial steps that designs share.
+    """Build the prefix tree of sorted designs. Designs that begin with the same maneuvers share a
+    path up to the step at which they differ.
 
     Return three arrays with one entry per node: the step at which the node branches off, the index
     of its parent node, and the index of a design that passes through the node. The nodes are the

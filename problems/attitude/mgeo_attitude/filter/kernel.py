@@ -46,9 +46,9 @@ _load_lock = threading.Lock()
 
 @cache
 def count_lanes() -> int:
-    """Return the number of candidates that one call of the compiled filter step processes.
+    """Return the number of float64 values in a vector register, which is 4 or 8.
 
-    It is the number of float64 values in a vector register.
+    One call of the compiled filter step processes this number of candidates.
     """
     features = llvmlite.binding.get_host_cpu_features()
     return 8 if features.get("avx512f") else 4
@@ -78,7 +78,9 @@ def load_kernel(
 
 @cache
 def load_driver() -> ModuleType:
-    """Return the compiled module of `driver.py`, whose function ``run`` runs filter jobs."""
+    """Return the compiled version of the module `driver.py`, which contains the loop over filter
+    steps.
+    """
     source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     return load_module("driver", source, [discretization, polynomials, lanewise])
 

@@ -28,10 +28,11 @@ _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv
 
 
 def lanewise(text: str, n_lanes: int) -> Any:
-    """Compile source text to a function ``f(W)`` that processes all vector lanes at once.
+    """Compile arithmetic source code to a function that evaluates it for several candidates at
+    once, one per SIMD lane.
 
-    The function can be called from numba code. W is a pointer to float64. The value ``W[k]`` in the
-    source is ``W[k * n_lanes + lane]`` in each lane.
+    The function ``f(W)`` can be called from numba code. W is a pointer to float64. The value
+    ``W[k]`` in the source is ``W[k * n_lanes + lane]`` in each lane.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ def lanewise(text: str, n_lanes: int) -> Any:
 
 
 def _compile_function(module: ir.Module, lines: Sequence[ast.stmt], n_lanes: int) -> ir.Function:
-    """Build an LLVM function that executes a list of statements for all vector lanes.
+    """Build an LLVM function that executes a list of statements in all SIMD lanes.
 
     The source is split into several functions, since they compile faster than a large one.
     """
@@ -122,7 +123,7 @@ class _Translator:
     def write_loop(
         self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
     ) -> None:
-        """Translate a loop over a range.
+        """Translate a loop over a range to LLVM instructions.
 
         The names that the body assigns are local to one iteration and undefined after the loop.
         """
@@ -170,7 +171,7 @@ class _Translator:
         raise ValueError(f"{ast.unparse(node)}: expected arithmetic of names, W[k] and numbers")
 
     def build_pointer(self, k: ast.expr) -> ir.Value:
-        """Return a pointer to the vector of values in workspace slot k.
+        """Return a pointer to the values of ``W[k]`` in all SIMD lanes.
 
         A constant summand of k becomes a constant offset.
         """

@@ -19,7 +19,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 
 class PathMonitor(NamedTuple):
-    """Properties of a path constraint on which the generated code depends.
+    """Properties of a path constraint that determine the code generated for it.
 
     Attributes
     ----------
@@ -70,7 +70,8 @@ NO_MONITORS = Monitors()
 
 
 class Layout(NamedTuple):
-    """Workspace layout of the compiled filter: the first slot of each quantity.
+    """Memory layout of the compiled filter. Each field is the index in the workspace at which a
+    quantity, such as the transition matrix, begins.
 
     The slots are those of one candidate, in increasing order. The covariance starts at slot 0.
     Covariance, attitude and monitored values are the state of a candidate, from which a run can be
@@ -117,7 +118,7 @@ class Layout(NamedTuple):
 
 @cache
 def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
-    """Compute the workspace layout of the compiled filter for a sensor suite.
+    """Compute the index at which each quantity of the compiled filter begins in the workspace.
 
     Parameters
     ----------
@@ -147,7 +148,8 @@ def build_layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_
 def compute_table_columns(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> dict[str, int]:
-    """Map each group of columns in `FilterModel.orbit_table` to the index of its first column.
+    """Return the first column of each group of columns in `FilterModel.orbit_table`, keyed by
+    group.
 
     The additional key ``end`` gives the total number of columns. The groups are, in this order:
 

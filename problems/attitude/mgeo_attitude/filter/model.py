@@ -312,7 +312,8 @@ class FilterModel:
         return Monitors(path_monitors, tuple(int(state) for state in states))
 
     def select_direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
-        """Return the unit vectors and apparent radii [rad] of a direction, such as that of the Sun.
+        """Return the unit vectors and apparent radii [rad] of a reference direction, such as the
+        Sun.
 
         The unit vectors are in GCRS, shape (n, 3). The radii have shape (n,). Both cover a slice of
         the samples.
@@ -321,8 +322,7 @@ class FilterModel:
         return self.directions[samples, index], self.radii[samples, index]
 
     def compute_direction_motion(self, name: str, samples: slice = slice(None)) -> DirectionMotion:
-        """Return the motion of a direction, such as the Sun, in the steps that end at given
-        samples.
+        """Return the motion of a direction, such as the Sun, in the filter step before each sample.
 
         The first sample has no step before it.
         """
@@ -372,7 +372,7 @@ class FilterModel:
 
     @cached_property
     def instrument_constants(self) -> Floats:
-        """Constants of sensors, Gauss-Markov processes and path constraints for one filter step.
+        """Constants of a filter step that depend on instruments and path constraints.
 
         See `codegen.compute_instrument_constants`.
         """

@@ -232,7 +232,7 @@ def compute_monitored_angle_on_orbit(
     rotation_vectors: Floats,
     covariance: Floats,
 ) -> Floats:
-    """Compute the monitored angle [rad] of a path constraint for given attitudes on an orbit.
+    """Compute the angle [rad] that a path constraint limits, for given attitudes on an orbit.
 
     `compute_monitored_angle` defines the monitored angle.
 
@@ -259,7 +259,7 @@ def compute_monitored_angle_on_orbit(
 
 
 def list_cone_constants(constraints: Sequence[PathConstraint]) -> Floats:
-    """Return the constants of path constraints that the compiled filter reads.
+    """Return the body axis and the attitude-error margin of each path constraint as one flat array.
 
     The one-dimensional array contains the body axis of each constraint, followed by its margin in
     1-sigmas if there is one.
@@ -281,7 +281,7 @@ def build_monitored_angle(
     keep_in: bool,
     running_maximum: Any,
 ) -> Any:
-    """Return the largest monitored angle of a path constraint up to the current step.
+    """Return the largest value so far of the angle that a path constraint limits.
 
     The function accepts numbers, arrays and symbols of generated code. `compute_monitored_angle`
     defines the monitored angle.

@@ -160,7 +160,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Triangle:
-    """Symmetric matrix in workspace slots, stored as its lower triangle.
+    """Symmetric matrix in generated code, stored as its lower triangle in the workspace.
 
     The entries are stored row by row, starting at slot `first`. The same number of slots, starting
     at `scratch`, is free for intermediate values of loops (`covariance.py`).
@@ -196,17 +196,19 @@ class Triangle:
 
 @cache
 def triangle_indices(n: int) -> tuple[Ints, Ints]:
-    """Return the row and column indices of a lower triangle with n rows, in slot order."""
+    """Return the row and column indices of a lower triangle with n rows, in storage order."""
     return np.tril_indices(n)
 
 
 def count_slots(n: int) -> int:
-    """Return the number of workspace slots of a `Triangle` with n rows."""
+    """Return the number of entries in the lower triangle of a symmetric matrix with n rows."""
     return n * (n + 1) // 2
 
 
 def slot_index(i: int, j: int) -> int:
-    """Return the slot of matrix entry (i, j), relative to the first slot of a `Triangle`."""
+    """Return the position of entry (i, j) in a symmetric matrix that is stored as its lower
+    triangle.
+    """
     row, column = max(i, j), min(i, j)
     return count_slots(row) + column
 

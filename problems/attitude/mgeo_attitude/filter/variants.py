@@ -44,10 +44,11 @@ def validate_variants(model: FilterModel, variants: Sequence[FilterModel]) -> No
 
 
 def stack_constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """Stack the filter-step constants of all model variants, shape (n_variants, n_constants).
+    """Return an array of the constants that a filter step reads, with one row per model variant.
 
-    The constants are those of `codegen.compute_instrument_constants`, then the inverse squares of
-    the required 1-sigmas, then the weights of the trace.
+    The array has shape (n_variants, n_constants). The constants are those of
+    `codegen.compute_instrument_constants`, then the inverse squares of the required 1-sigmas, then
+    the weights of the trace.
     """
     states = list(model.monitors.states)
     required = [[sigma**-2 for sigma in variant.required_sigma[states]] for variant in variants]

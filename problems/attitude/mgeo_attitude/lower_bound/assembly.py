@@ -90,10 +90,11 @@ def _assemble_lower_bound(
 def _bound_inertial(
     model: FilterModel, information: SampleInformation, initial_information: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the covariance bounds of each error that is fixed in inertial axes.
+    """Yield the name and the covariance bounds of each error that is fixed in inertial axes, such
+    as the attitude error.
 
-    The attitude error is one of them. The bounds follow from a covariance recursion with the joint
-    information of all sensors. See equation (4) of docs/explanation/lower-bound.md.
+    The bounds follow from a covariance recursion with the joint information of all sensors. See
+    equation (4) of docs/explanation/lower-bound.md.
     """
     suite, names = model.suite, information.inertial_blocks
     indices = np.concatenate([_list_block_states(suite, name) for name in names])
@@ -126,7 +127,8 @@ def _bound_inertial(
 def _bound_by_mean(
     traces: Floats, initial_information: Floats, decay: float, noise: float
 ) -> BlockBounds:
-    """Bound the covariance of a state block by the trace of the measured information.
+    """Compute lower bounds on the covariance of a state block from the trace of its measured
+    information.
 
     A scalar covariance recursion bounds the mean eigenvalue of the information matrix. See equation
     (9) of docs/explanation/lower-bound.md.
@@ -205,7 +207,8 @@ def _bound_gyro(
 def _bound_sensors(
     model: FilterModel, information: SampleInformation, initial_information: Floats
 ) -> Iterator[tuple[str, BlockBounds]]:
-    """Yield the name and the covariance bounds of each remaining sensor or environment error.
+    """Yield the name and the covariance bounds of each sensor or environment error that is not
+    fixed in inertial axes.
 
     These errors are not among `information.inertial_blocks`. All other states are assumed known.
     See equation (5) of docs/explanation/lower-bound.md.
@@ -237,7 +240,8 @@ def _bound_common_modes(
     initial_information: Floats,
     max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield variance bounds of errors that measurements distinguish only if the body rotates.
+    """Yield lower bounds on the variances of errors that measurements distinguish only if the body
+    rotates.
 
     Each item is the name of an error and a lower bound on the sum of its three variances. The
     errors are inertial and body-fixed errors, such as the attitude error and a misalignment. See

@@ -20,7 +20,8 @@ from mgeo_attitude.lower_bound.curves import bounds_from_information
 
 @dataclass(frozen=True)
 class InertialErrorInformation:
-    """Information that one sensor provides about an inertial error, such as the attitude error.
+    """Fisher information that one sensor provides about an inertial error, such as the attitude
+    error.
 
     Attributes
     ----------
@@ -39,7 +40,8 @@ class InertialErrorInformation:
 
 
 class BodyFixedError(NamedTuple):
-    """Information that a sensor provides about one of its body-fixed errors.
+    """Fisher information that a sensor provides about one of its body-fixed errors, such as its
+    bias.
 
     An inertial error has the same effect on the measurements.
 
@@ -56,7 +58,7 @@ class BodyFixedError(NamedTuple):
     v: Floats | None
 
     def has_same_transformation(self, other: BodyFixedError) -> bool:
-        """Return True if the same matrix G converts two body-fixed errors to the inertial error.
+        """Return True if the same matrix G transforms two body-fixed errors to the inertial error.
 
         `InertialErrorInformation.body_fixed_errors` defines G.
         """
@@ -84,12 +86,13 @@ class InertialErrorDynamics(NamedTuple):
 def bound_dynamics_information(
     dynamics: InertialErrorDynamics, max_angle: float, v: Floats | None, n_samples: int
 ) -> Floats:
-    """Bound the information about a body-fixed error from the dynamics of an inertial error.
+    """Bound the information about a body-fixed error that follows from the dynamics of an inertial
+    error with the same effect on measurements.
 
-    The inertial error has the same effect on the measurements. The bound includes the initial
-    information about the inertial error, and is accumulated up to each sample. To compensate the
-    body-fixed error in the measurements, the inertial error would have to follow the rotation of
-    the body. The smaller its process noise, the more information contradicts this motion.
+    The bound includes the initial information about the inertial error, and is accumulated up to
+    each sample. To compensate the body-fixed error in the measurements, the inertial error would
+    have to follow the rotation of the body. The smaller its process noise, the more information
+    contradicts this motion.
 
     See equation (11) of docs/explanation/lower-bound.md.
 
@@ -138,9 +141,9 @@ def bound_common_modes(
     initial_information: dict[str, Floats],
     max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield variance bounds of an inertial error and of the body-fixed errors that resemble it.
+    """Yield lower variance bounds of an inertial error, such as the attitude error, and of the
+    body-fixed errors with the same effect on measurements.
 
-    A body-fixed error resembles the inertial error if it has the same effect on the measurements.
     Each bound is a lower bound on the sum of three variances. See equation (10) of
     docs/explanation/lower-bound.md.
 
@@ -191,10 +194,11 @@ def bound_common_modes(
 
 
 def _reduce_by_compensation(information: Floats, error_information: Sequence[Floats]) -> Floats:
-    """Reduce a sensor's information about an inertial error by a compensating body-fixed error.
+    """Reduce a sensor's information about an inertial error, because a body-fixed error could cause
+    the same measurements.
 
-    The result is the trace of the information. The initial information about this body-fixed error
-    limits the compensation.
+    The result is the trace of the information. The initial information about the body-fixed error
+    limits the reduction.
     """
     if not error_information:
         return information

@@ -36,10 +36,11 @@ class BlockBounds(NamedTuple):
         return BlockBounds(*map(np.maximum, self, other))
 
     def raise_to_sum(self, variance_sum: Floats) -> BlockBounds:
-        """Return a copy of the bounds, tightened by another lower bound on the variance sum.
+        """Return a copy of the bounds that also includes another lower bound on the sum of the
+        variances.
 
-        The lower bound on the sum of the three variances has the shape (n,). The determinant is
-        unchanged, since the bound on the sum does not assume that other states are known.
+        The other bound has the shape (n,). The determinant is unchanged, since the bound on the sum
+        does not assume that other states are known.
         """
         return self._replace(
             variance_sum=np.maximum(self.variance_sum, variance_sum),
@@ -48,7 +49,8 @@ class BlockBounds(NamedTuple):
 
 
 def bounds_from_eigenvalues(variances: Floats) -> BlockBounds:
-    """Build the bounds of a state block from lower bounds on its covariance eigenvalues.
+    """Return lower bounds on the variances of a state block, given lower bounds on its covariance
+    eigenvalues.
 
     The eigenvalues have the shape (n, 3). The eigenvectors are unknown.
     """
@@ -57,7 +59,8 @@ def bounds_from_eigenvalues(variances: Floats) -> BlockBounds:
 
 
 def bounds_from_covariances(covariances: Floats) -> BlockBounds:
-    """Build the bounds of a state block from matrices that bound its covariance from below.
+    """Return lower bounds on the variances of a state block, given a lower bound on its covariance
+    matrix at each time.
 
     The matrices have the shape (n, 3, 3).
     """
@@ -67,10 +70,11 @@ def bounds_from_covariances(covariances: Floats) -> BlockBounds:
 
 
 def bounds_from_information(initial_information: Floats, max_trace: Floats) -> BlockBounds:
-    """Build the bounds of a state block from its initial and measured information.
+    """Return lower bounds on the variances of a state block, given its initial information and an
+    upper bound on the measured information.
 
-    The measured information is given by an upper bound on its trace. With the initial information Y
-    and the measured information K, the covariance is (Y + K)⁻¹. By equation (3) of
+    The upper bound limits the trace of the measured information. With the initial information Y and
+    the measured information K, the covariance is (Y + K)⁻¹. By equation (3) of
     docs/explanation/lower-bound.md the best K has the eigenvectors of Y and raises the smallest
     eigenvalues to a common level (water filling), because the bounds are convex and decreasing
     functions of the eigenvalues.
@@ -249,7 +253,8 @@ def _bound_trace_at_end(model: FilterModel, trace: Floats) -> Floats:
 
 
 def _bound_criteria(model: FilterModel, bounds: Mapping[str, BlockBounds]) -> dict[str, Floats]:
-    """Return lower bounds on the objectives of the normalized covariance, keyed by objective.
+    """Return lower bounds on the objectives of the normalized covariance, such as its largest
+    eigenvalue, keyed by objective.
 
     The objectives are the mean variance, the log determinant and the largest eigenvalue. Each bound
     has one value per time. See equation (7) of docs/explanation/models-and-filter.md.

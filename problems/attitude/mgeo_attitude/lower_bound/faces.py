@@ -17,7 +17,8 @@ _N_POINTS = 60000
 
 
 def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
-    """Return an upper bound on the attitude information of several photodiodes in one sample.
+    """Return an upper bound on the Fisher information about the attitude that several photodiodes
+    provide in one sample.
 
     At any attitude, the joint information of a sample is at most κ (I - s sᵀ), where κ is the
     returned value and s the Sun direction. A diode with relative noise r has the information w (n ×
@@ -34,7 +35,8 @@ def bound_joint_information(diodes: Sequence[Photodiode]) -> float:
 
 @cache
 def _compute_bound(diodes: tuple[tuple[tuple[float, ...], float, float], ...]) -> float:
-    """Compute `bound_joint_information` from hashable properties of the diodes.
+    """Return the upper bound of `bound_joint_information`. The hashable arguments make the result
+    cacheable.
 
     The properties of a diode are its normal, half-angle [deg] and relative noise.
     """

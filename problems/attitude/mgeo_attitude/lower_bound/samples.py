@@ -38,7 +38,7 @@ class NoLowerBoundError(ValueError):
 
 
 class BlockInformation(NamedTuple):
-    """Information that measurements provide about one state block in each filter sample.
+    """Fisher information that measurements provide about one state block in each filter sample.
 
     All other states are assumed known.
 
@@ -56,7 +56,7 @@ class BlockInformation(NamedTuple):
 
 @dataclass(frozen=True)
 class SampleInformation:
-    """Information that the sensors provide in each filter sample, as matrices or traces.
+    """Fisher information that the sensors provide in each filter sample, as matrices or traces.
 
     The information is zero in samples without a measurement.
 
@@ -87,7 +87,8 @@ class SampleInformation:
 
 
 def collect_information(model: FilterModel) -> SampleInformation:
-    """Compute upper bounds on the information that the sensors provide in each filter sample.
+    """Compute upper bounds on the Fisher information that the sensors provide in each filter
+    sample.
 
     The bounds hold at every attitude.
 
@@ -145,7 +146,7 @@ def _sum_information(items: Iterable[tuple[str, BlockInformation]]) -> dict[str,
 def _collect_sensor(
     model: FilterModel, index: int, excluded: Collection[str] = ()
 ) -> SampleInformation:
-    """Return the information that one sensor provides in each filter sample.
+    """Return the Fisher information that one sensor provides in each filter sample.
 
     Errors in `excluded` are not treated as fixed in inertial axes.
     """
@@ -214,7 +215,8 @@ def _collect_error(
 
 
 def _collect_diodes(model: FilterModel, indices: Sequence[int]) -> SampleInformation:
-    """Return upper bounds on the information that all photodiodes provide in each filter sample.
+    """Return upper bounds on the Fisher information that all photodiodes provide in each filter
+    sample.
 
     The bounds hold at every attitude. A diode also has information about its own errors, for which
     all other states are assumed known.
@@ -280,7 +282,8 @@ class _SensorProbe:
     def _compute_columns(
         self, C: Floats, samples: slice | np.ndarray = slice(None), rate: Floats | None = None
     ) -> dict[str, Floats]:
-        """Return measurement-matrix columns at the attitude C, as a dict keyed by state block.
+        """Return a dict that maps each state block to its columns of the measurement matrix at the
+        attitude C.
 
         The attitude error is expressed in GCRS.
         """
@@ -292,7 +295,8 @@ class _SensorProbe:
         return blocks | {"attitude": blocks["attitude"] @ C}
 
     def compute_information(self, names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
-        """Return the information matrix about several state blocks at each sample, and two flags.
+        """Return the information matrix of several state blocks at each sample, and whether it
+        depends on the attitude.
 
         The first flag is True if the matrix is the same at all test attitudes. The second flag is
         True if at least its trace is the same.
@@ -353,7 +357,8 @@ def _is_similar(
     inertial_error: str,
     v: Floats | None,
 ) -> bool:
-    """Return True if a body-fixed error acts like a rotated inertial error at all test attitudes.
+    """Return True if a body-fixed error affects measurements like a rotated inertial error at all
+    test attitudes.
 
     See `InertialErrorInformation`.
     """

@@ -325,7 +325,8 @@ def _compute_group_indices(counts: Ints) -> Ints:
 
 
 def _compute_ramp_shares(start: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
-    """Return the completed fraction of a ramp, averaged over a filter step and at its end.
+    """Return two completed fractions of a ramp: the mean over a filter step, and the value at its
+    end.
 
     The step begins `start` seconds after the start of a ramp that takes `time` seconds. The ramp
     may end within the step.

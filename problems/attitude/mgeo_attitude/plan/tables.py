@@ -97,7 +97,9 @@ def build_review(plan: ManeuverPlan) -> Review:
 
 
 def _build_constraint_table(plan: ManeuverPlan) -> pd.DataFrame:
-    """Return the constraint table of a plan, with the part of the plan that each row concerns."""
+    """Return the constraint table of a plan, with a column that states when each constraint
+    applies.
+    """
     table = plan.build_constraint_table().reset_index()
     during = pd.Series("maneuvers", table.index)
     for interval in INTERVALS_AFTER_CONVERGENCE:
@@ -207,7 +209,9 @@ def _build_axes_table(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _describe_run(plan: ManeuverPlan) -> str:
-    """Return a sentence on the evaluated run, or an empty string if only nominal runs are shown."""
+    """Return a sentence that states to which filter run the values refer. It is empty if all runs
+    are nominal.
+    """
     if plan.scenario.is_magnetorquer_driven:
         return (
             " The values apply without initial attitude error, which changes the motion of a "

@@ -220,7 +220,9 @@ def _iterate_batches(
 def _group_rows(
     thinned: ThinnedSamples, front: RefinementFront, rows: list[int]
 ) -> list[list[int]]:
-    """Group rows of the front into small batches with equal numbers of merged samples."""
+    """Group plans of the front into small batches. The plans of a batch are refined with the same
+    number of measurement samples merged into one.
+    """
     groups: dict[int, list[int]] = {}
     for row in rows:
         n_merged = thinned.count_merged_samples(
@@ -237,10 +239,10 @@ def _group_rows(
 def _select_rows(
     evaluator: FixedTimeEvaluator, front: RefinementFront, n_max: int, select_between: bool
 ) -> list[int]:
-    """Select up to `n_max` rows of the front with nearly logarithmically spaced end times.
+    """Select up to `n_max` plans of the front with nearly logarithmically spaced end times.
 
-    The rows are in ascending order of the end time. If `select_between` is True, select up to
-    `n_max` - 1 rows between those instead.
+    The result contains their rows in ascending order of the end time. If `select_between` is True,
+    select up to `n_max` - 1 plans between those instead.
     """
     rows = front.rows
     times = front.times[rows]
@@ -261,7 +263,7 @@ def _select_rows(
 
 
 def _has_final_rate(evaluator: FixedTimeEvaluator) -> bool:
-    """Return True if the last maneuver of each plan only serves filter convergence.
+    """Return True if the last maneuver of each plan serves only to let the filter converge.
 
     Such a maneuver is not refined.
     """
@@ -335,7 +337,8 @@ def _find_nearest_rows(
 def _append_final_rates(
     thinned: ThinnedSamples, refined: Floats, time: float, evaluate_designs: DesignEvaluator | None
 ) -> Floats:
-    """Extend a refined plan by each final rate at which the filter converges.
+    """Return copies of a refined plan, each extended by a final maneuver at a rate at which the
+    filter converges.
 
     If no final rate is needed, the result is one plan, with maneuvers that end at filter steps.
     """

@@ -26,9 +26,9 @@ _N_FINAL_ITERATIONS = 5
 
 @dataclass(frozen=True)
 class ThinnedSamples:
-    """Evaluators that speed up the refinement of plans by merging measurement samples.
+    """Plan evaluators that save computing time by merging successive measurement samples into one.
 
-    Successive samples are merged as long as gradients remain accurate.
+    Samples are merged as long as gradients remain accurate.
 
     Attributes
     ----------
@@ -40,7 +40,9 @@ class ThinnedSamples:
     _evaluators: dict[int, FixedTimeEvaluator] = field(default_factory=dict)
 
     def get_evaluator(self, time: float) -> FixedTimeEvaluator:
-        """Return the evaluator whose number of merged samples suits a given end time [s]."""
+        """Return the evaluator for plans with a given end time [s]. The later the end time, the
+        more measurement samples are merged into one.
+        """
         model, n_merged = self.full_evaluator.model, self.count_merged_samples(time)
         if n_merged not in self._evaluators:
             self._evaluators[n_merged] = dataclasses.replace(
@@ -49,8 +51,8 @@ class ThinnedSamples:
         return self._evaluators[n_merged]
 
     def count_merged_samples(self, time: float) -> int:
-        """Return the number of samples that are merged into one for plans with a given end
-        time [s].
+        """Return the number of measurement samples that are merged into one for plans with a given
+        end time [s].
         """
         model, rate = (
             self.full_evaluator.model,
@@ -60,7 +62,7 @@ class ThinnedSamples:
         return next((each for each in _MERGE_SIZES if each <= most), 1)
 
     def find_step(self, time: float) -> int:
-        """Convert a time [s] to a filter step of the model with merged samples.
+        """Convert a time [s] to a step of the filter model in which measurement samples are merged.
 
         The model is that of `get_evaluator`, which has longer steps. The result is from 1 to
         ``n_steps``.

@@ -47,7 +47,7 @@ _N_SIGMAS = 6.0
 
 
 def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], Any]) -> Table:
-    """Return the table of a scenario that starts from the result of a calibration.
+    """Return the nested dict of a scenario that starts from the result of a calibration.
 
     The calibration, a dict as saved in JSON, is the entry ``after`` of the table. Without an
     ``epoch``, the scenario starts at the time, attitude and covariance of the calibration. With a
@@ -108,9 +108,10 @@ def continue_scenario(table: Mapping[str, Any], build_scenario: Callable[[Any], 
 
 
 def _shift_channels(base: Mapping[str, Any], time: float) -> dict[str, Any]:
-    """Return the table entry ``housekeeping_channels`` for a later start.
+    """Shift the predictions of housekeeping channels, such as temperatures, to a later start.
 
-    Times are shifted, and initial values are removed.
+    The result is the table entry ``housekeeping_channels``. Times are shifted, and initial values
+    are removed.
     """
     later = []
     for channel in base.get("housekeeping_channels", []):
@@ -180,9 +181,10 @@ def _parse_epoch(value: Any) -> datetime:
 
 
 def _check_calibration(calibration: Any) -> Mapping[str, Any]:
-    """Check that all `ENTRIES` of a calibration are present and valid, and return it unchanged.
+    """Check that a calibration has all required entries with valid values, and return it unchanged.
 
-    Raise InvalidKey for a missing entry, and InvalidValue for an invalid one.
+    `ENTRIES` lists the required entries. Raise InvalidKey for a missing entry, and InvalidValue for
+    an invalid one.
     """
     if not isinstance(calibration, Mapping):
         raise InvalidValue("after", calibration, "expected a calibration as saved in JSON")

@@ -111,7 +111,8 @@ class InitialConditions(Settings):
                 expect(is_unit, key, value, f"a length of 1, not {length:.6g}")
 
     def compute_attitude(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the attitude that the attitude law prescribes at each orbit state.
+        """Return the attitude that the attitude law, such as nadir pointing, prescribes at each
+        orbit state.
 
         Parameters
         ----------
@@ -144,7 +145,8 @@ class InitialConditions(Settings):
             raise InvalidValue("initial.pointing", self.pointing, expected) from None
 
     def compute_law_rate(self, orbit_state: Environment | SatelliteState) -> Floats:
-        """Return the body rate that the attitude law prescribes at each orbit state [rad/s].
+        """Return the body rate [rad/s] that the attitude law, such as nadir pointing, prescribes at
+        each orbit state.
 
         The rate is that of a Keplerian orbit. It is zero for inertial and Sun pointing; the drift
         of the orbital plane and the Sun's motion of one degree per day are neglected.

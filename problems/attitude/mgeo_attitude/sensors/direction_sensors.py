@@ -74,11 +74,10 @@ class DirectionSensor(VectorSensor):
         return 2
 
     def auxiliary_vectors(self, environment: Environment) -> Floats:
-        """Return two scaled tangent vectors of the reference vector at each sample.
+        """Return two orthogonal vectors perpendicular to the reference vector at each sample.
 
-        The vectors are perpendicular to the reference vector and to each other. Their length is the
-        reciprocal of the length of the reference vector. The scalar product of a scaled tangent
-        vector and an error of the reference vector is therefore an angle [rad].
+        Their length is the reciprocal of the length of the reference vector. The scalar product of
+        such a vector and an error of the reference vector is therefore an angle [rad].
         """
         v = self.inertial_vector(environment)
         assert v is not None

@@ -139,7 +139,7 @@ class Suite:
 
     @cached_property
     def considered_blocks(self) -> tuple[str, ...]:
-        """Names of the considered blocks, as in a Schmidt-Kalman filter.
+        """Names of the blocks that are considered but not estimated, as in a Schmidt-Kalman filter.
 
         The filter accounts for the uncertainty of these blocks but does not estimate them.
         """

@@ -36,7 +36,9 @@ _DECIMALS = {"start [s]": 0, "duration [s]": 0, "angle [deg]": 0} | {
 
 
 def build_overview(plans: Plans) -> dict[str, Section]:
-    """Return the end, accuracy, constraints and maneuvers of a single plan as sections."""
+    """Return the end, accuracy, constraints and maneuvers of a plan as sections. `plans` contains
+    this plan only.
+    """
     (end,) = describe_ends(plans)
     if not math.isfinite(plans.nominal.t_end[0]):
         return {"end": Section("", (f"{end}.",))}
@@ -90,7 +92,8 @@ def _build_accuracy_section(plans: Plans) -> Section:
 
 
 def build_accuracy_table(plans: Plans) -> pd.DataFrame:
-    """Return the worst-axis 1-sigmas before and after a single plan, one row per quantity.
+    """Return the worst-axis 1-sigmas before and after a plan, one row per quantity. `plans`
+    contains this plan only.
 
     Returns
     -------
@@ -124,7 +127,8 @@ def _find_worst_axes(sigma: Floats) -> Floats:
 
 
 def build_maneuver_table(plans: Plans) -> pd.DataFrame:
-    """Return a table of the maneuvers, constant-rate hold and slew back of a single plan.
+    """Return a table of the maneuvers, constant-rate hold and slew back of a plan. `plans` contains
+    this plan only.
 
     A maneuver includes the preceding change of the rate.
 

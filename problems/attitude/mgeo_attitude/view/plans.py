@@ -125,7 +125,9 @@ class Plans(View):
 
     @property
     def monte_carlo_sigma_deg(self) -> Floats:
-        """Worst-axis attitude 1-sigma not exceeded in 90 % of Monte Carlo runs [deg], shape (n,)."""
+        """Worst-axis attitude 1-sigma [deg] that 90 % of Monte Carlo runs do not exceed, shape
+        (n,).
+        """
         sigma_deg: Floats = np.degrees(self.monte_carlo_sigma[:, 0])
         return sigma_deg
 

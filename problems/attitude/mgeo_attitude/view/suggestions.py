@@ -15,7 +15,8 @@ _SOURCE_SHARE = 0.5
 
 
 def suggest_changes(plans: Plans) -> list[str]:
-    """Suggest changes for required 1-sigmas that no plan reaches, one line of text per requirement.
+    """Suggest how to change a scenario whose required 1-sigmas no plan reaches, with one line of
+    text per requirement.
 
     A requirement is listed if all plans exceed it and if, in the plan that comes closest, most of
     the variance is due to the correlation with an error that the plan does not observe. An example
@@ -45,10 +46,11 @@ def suggest_changes(plans: Plans) -> list[str]:
 
 
 def _find_error_source(P: Floats, P0: Floats, state: int) -> tuple[int | None, float]:
-    """Find the unobserved 3-vector that causes most of the variance of a state.
+    """Find the error, such as a gyro misalignment, that causes most of the variance of a state and
+    that the plan hardly reduces.
 
     Return its block index, and the ratio of its final to its initial 1-sigma in the direction that
-    correlates with the state. Return None and 0 if there is no such 3-vector.
+    correlates with the state. Return None and 0 if there is no such error.
     """
     # Test the state's own block first: if it is the source, no other block is.
     for block in sorted(range(len(P) // 3), key=lambda block: block != state // 3):

@@ -56,7 +56,8 @@ def summarize_plans(plans: Plans) -> list[str]:
 
 
 def describe_ends(plans: Plans) -> list[str]:
-    """Return one sentence per plan, without a period, on the time at which it ends or converges.
+    """Return one sentence per plan that states when the plan ends or converges, without final
+    punctuation.
 
     The time of a robust plan is its objective, the time within which the requested share of the
     Monte Carlo runs of the search converge.
@@ -194,7 +195,8 @@ def compute_quick_metrics(plans: Plans) -> pd.DataFrame:
 
 
 def compute_worst_axes(suite: Suite, sigma: Floats) -> dict[str, Any]:
-    """Compute the worst-axis 1-sigma of each 3-vector in the state, as table columns.
+    """Return the worst-axis 1-sigma of each 3-vector in the state, such as the gyro bias, keyed by
+    column name.
 
     Parameters
     ----------

@@ -64,7 +64,8 @@ def build_baselines(
 def build_matching_baselines(
     scenario: Scenario, phases: Iterable[Phase]
 ) -> dict[str, tuple[float, ...]]:
-    """Build the designs of `build_baselines` with the maneuver duration of a plan.
+    """Build simple designs, such as rotations about one body axis, with the maneuver duration of a
+    plan.
 
     Parameters
     ----------
