@@ -101,7 +101,7 @@ class LinearizedBatch:
     def filter_span(
         self, start: FilterState, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
-        """Run the forward filter over one span, and return the span with the accumulated cost.
+        """Run the forward filter over one span of samples, and return the result and its cost.
 
         Parameters
         ----------

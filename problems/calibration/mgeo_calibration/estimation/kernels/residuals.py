@@ -237,7 +237,7 @@ def compute_innovations(
     errors,
     covariances,
 ):
-    """Run the Kalman filter over the samples of a span, and compute whitened innovations, estimates
+    """Run the Kalman filter over consecutive samples, and compute whitened innovations, estimates
     and covariances.
 
     The filter for a given c is extended to the joint estimate of e and c. The update of the
