@@ -49,7 +49,7 @@ class Output:
         return not (self.quiet or self.json)
 
     def print(self, *texts: str | Text) -> None:
-        """Print texts, each on a new line, unless `quiet` or `json` is true."""
+        """Print each text on a new line, unless `quiet` or `json` is true."""
         if self.is_text:
             show(*texts)
 
@@ -153,7 +153,7 @@ def build_console(*, stderr: bool = False) -> Console:
 
 
 def show(*texts: str | Text, stderr: bool = False) -> None:
-    """Print texts on stdout or stderr, each on a new line.
+    """Print each text on a new line, on stdout or stderr.
 
     Long lines of text are wrapped on a terminal only.
     """

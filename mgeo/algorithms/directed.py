@@ -194,7 +194,7 @@ class MGEODirected(DirectedMoves):
         previous_distances: FloatArray,
         adaptive_rows: IntArray,
     ) -> None:
-        """Update the credit of recombination with the improvements of this generation.
+        """Add the improvements of this generation to the totals of recombined and other candidates.
 
         An improvement is a decrease of the distance compared to the incumbent of the walker.
         Walkers that adapt a covariance are excluded.

@@ -356,7 +356,7 @@ class DirectedMoves(ExtremalOptimization):
     def _apply_momentum(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace random steps by momentum steps.
+        """Replace randomly selected steps with momentum steps.
 
         A momentum step continues the last improvement of its walker.
 
@@ -397,7 +397,7 @@ class DirectedMoves(ExtremalOptimization):
     def _recombine(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace random steps by steps that lead to a recombination of two good points.
+        """Replace randomly selected steps with steps to a recombination of two good points.
 
         For a walker with mixed weights, the first parent is the incumbent of the walker or its
         nearest archived point, and the second parent is the nearest of sqrt(n) random points of the
@@ -484,7 +484,7 @@ class DirectedMoves(ExtremalOptimization):
         return rows[self.state.distributions.sigma > 0]
 
     def _select_by_weights(self, pair: Sequence[float]) -> FloatArray:
-        """Return `pair[0]` for walkers with mixed weights, and `pair[1]` for all other walkers."""
+        """Return `pair[0]` for walkers that weight several objectives, and `pair[1]` for others."""
         return np.where(self._has_mixed_weights(), *pair)
 
     def _has_mixed_weights(self) -> BoolArray:

@@ -81,7 +81,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     @abstractmethod
     def build_layout(self) -> IntArray:
-        """Return the groups of competing candidates, with one row per group.
+        """Return the groups of candidates that compete with each other, one row per group.
 
         Each entry is the index of the coordinate that a candidate changes. One candidate of each
         group is accepted.
@@ -166,7 +166,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         return improved
 
     def _arrange_by_group(self, values: FloatArray, padding: float) -> FloatArray:
-        """Arrange one value per candidate in groups, as in `build_layout`.
+        """Arrange values of all candidates in an array with one row per group of competitors.
 
         Shorter groups are filled with `padding`.
         """

@@ -112,7 +112,7 @@ def algorithms(
 
 
 def _format_meaning(text: str) -> str:
-    """Replace class names by command-line names, and remove references to modules."""
+    """Replace class names with command-line names, and remove references to modules."""
     text = re.sub(r" \(`mgeo\.[\w.]+`\)", "", text)
     for name, record in ALGORITHMS.items():
         text = text.replace(f"`{record.path.partition(':')[2]}`", name)

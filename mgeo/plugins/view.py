@@ -35,7 +35,7 @@ EQUALITY_TOLERANCE = 1e-4
 
 
 class View:
-    """Tables, figures and texts that present the solutions of a problem.
+    """Presentation of the solutions to a problem as tables, figures and text.
 
     Each method has a default that works for any pymoo problem. A problem customizes its
     presentation by returning a subclass from its method ``view(X)``. mgeo calls several methods of
@@ -288,7 +288,7 @@ class View:
         return []
 
     def facts(self) -> dict[str, str]:
-        """Return a dict that maps labels to short texts about the problem. The default is empty.
+        """Return short facts about the problem as a dict keyed by label. The default is empty.
 
         ``--dry-run`` and reports show them.
         """

@@ -43,7 +43,7 @@ _SAMPLINGS = {
 
 
 def replace_operators(kind: str, algorithm: Algorithm, name: str) -> None:
-    """Replace an algorithm's operators by those for integer, binary or mixed variables.
+    """Replace an algorithm's operators with those for integer, binary or mixed variables.
 
     Parameters
     ----------

@@ -264,10 +264,10 @@ def _encode_state(algorithm: ExtremalOptimization, metadata: Mapping[str, Any]) 
 
 
 def _read_checkpoint(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
-    """Read the state and the other data of a checkpoint file.
+    """Read the state of a run, the software versions and the metadata from a checkpoint file.
 
-    The other data are a dict with the keys ``versions``, ``problem`` and ``metadata``. A damaged
-    file raises ValueError.
+    All data except the state are in a dict with the keys ``versions``, ``problem`` and
+    ``metadata``. A damaged file raises ValueError.
     """
     content = Path(path).read_bytes()
     with convert_file_errors(path):

@@ -257,7 +257,10 @@ def _rank_algorithms(
 
 
 def _signed_rank_test(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
-    """Return the two-sided p value of Wilcoxon's signed-rank test on ranks averaged by block."""
+    """Return the two-sided p value of Wilcoxon's signed-rank test.
+
+    Signed ranks are averaged over the problems of each block, such as the instances of a function.
+    """
     is_different = a != b
     differences = a[is_different] - b[is_different]
     signed = np.sign(differences) * scipy.stats.rankdata(np.abs(differences))

@@ -255,7 +255,7 @@ def format_criterion(comparisons: Mapping[str, Comparison]) -> str:
 
 
 def join_names(names: Iterable[str], n_max: int = 6) -> str:
-    """Join names with commas and "and", and replace names beyond `n_max` by their number."""
+    """Join names with commas and "and", and replace names beyond `n_max` with their number."""
     shown = list(map(str, names))
     if len(shown) > n_max:
         shown = [*shown[:n_max], f"{len(shown) - n_max} more"]

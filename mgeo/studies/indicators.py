@@ -366,7 +366,7 @@ def select_indicators(n_obj: int) -> list[Indicator]:
 def build_indicator_rows(
     problem: Problem, run: StudyRun, grid: Sequence[int], space: IndicatorSpace
 ) -> list[dict[str, Any]]:
-    """Compute the indicators of a run, in one dict per evaluation count of the grid.
+    """Compute the indicators of a run, with one dict per evaluation count in `grid`.
 
     Each dict has ``evaluations``, the indicators, the hypervolume of each part, the number of
     ``points`` on the front (at most 1 for a single objective), and the values of

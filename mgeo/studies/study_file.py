@@ -28,7 +28,7 @@ from mgeo.validation.tables import validate_table
 
 @dataclass(frozen=True)
 class ProblemConfiguration:
-    """Label, name, options and division into parts of a problem in a study."""
+    """Problem of a study: label, name, options and bounds of the parts of its front."""
 
     label: str
     name: str
@@ -145,7 +145,7 @@ class Study(StudySettings):
         return values
 
     def compute_budget(self, problem: Problem) -> tuple[int, int | list[int]]:
-        """Return the number of evaluations of a run, and the grid for evaluating its fronts.
+        """Return the number of evaluations of a run, and the counts at which to measure its front.
 
         Returns
         -------

@@ -78,7 +78,7 @@ def _describe_smallest_p(summary: StudySummary, n_problems: int) -> str:
 
 
 def build_budget_table(ranks: pd.DataFrame, study: Study) -> Section:
-    """Build a table of average ranks after a few evaluation counts.
+    """Build a table of the average rank of each algorithm at several evaluation budgets.
 
     The counts are the end of the runs and the measured counts nearest to 1/2, 1/4, 1/8 and 1/16 of
     it. If problems differ in their number of variables, each number has its own rows, in addition

@@ -166,7 +166,7 @@ def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]
 
 @contextmanager
 def _randomize_values(problem: Problem) -> Iterator[None]:
-    """Context manager that replaces the values of a problem by reproducible random numbers.
+    """Context manager that replaces the values of a problem with reproducible random numbers.
 
     This applies to all fidelity levels.
     """

@@ -1,4 +1,4 @@
-"""Check that the view of a problem returns tables, figures and texts of the expected types."""
+"""Check that the view of a problem returns tables, figures and text of the expected types."""
 
 import json
 from typing import Any
@@ -18,7 +18,7 @@ _CONSTRAINT_COLUMNS = {"unit", "value", "bound_type", "bound_value", "margin"}
 
 
 def check_view(problem: Problem, X: FloatArray, F: FloatArray) -> None:
-    """Check that the view of a problem returns tables, figures and texts of the expected types.
+    """Check that the view of a problem returns tables, figures and text of the expected types.
 
     The view is checked with solutions and without.
 

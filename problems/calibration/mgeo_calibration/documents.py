@@ -346,7 +346,7 @@ class PredictedRow(TypedDict):
 
 
 class CalibrationOutput(TypedDict):
-    """Keys of the command's output that calibration.json does not contain."""
+    """Keys of the output of ``mgeo attitude calibrate`` that calibration.json does not contain."""
 
     predicted: list[PredictedRow]
     """Comparison with the plan of `--plan`; empty without this option."""

@@ -123,7 +123,7 @@ class Verification:
         return list(dict.fromkeys([*self.states_above_prediction, *self.overconfident_states]))
 
     def find_worst_axes(self) -> list[str]:
-        """Return the worst state of each block, sorted by decreasing error ratio."""
+        """Return the worst axis of each three-axis state, sorted by decreasing error ratio."""
         worst = self.table[[PREDICTED_RATIO, FILTER_RATIO]].max(axis=1)
         by_block = worst.groupby(lambda state: state.rpartition(" ")[0])
         return list(worst[by_block.idxmax()].sort_values(ascending=False).index)
@@ -263,8 +263,8 @@ def format_conclusion(verification: Verification) -> str:
 
 
 def describe_failures(verification: Verification) -> list[str]:
-    """Return one line of text for each state block with errors that are too large, largest error
-    ratio first. Each line states the ratio and whether the filter is overconfident.
+    """Return one line of text for each three-axis state with errors that are too large, largest
+    error ratio first. Each line states the ratio and whether the filter is overconfident.
 
     If only the NEES fails, the result is one line on the filter as a whole.
     """

@@ -227,9 +227,9 @@ def _validate_faces(faces: Any) -> tuple[str, ...]:
 
 
 def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
-    """Raise InvalidValue if the grades of a section need different filter kernels.
+    """Raise InvalidValue if grades of one instrument cannot share a compiled Kalman filter.
 
-    The grades must agree in all properties that are compiled into the kernel, such as their error
+    The grades must agree in all properties that are compiled into the filter, such as their error
     states.
     """
     for i, grade in enumerate(grades[1:], 1):
@@ -240,7 +240,7 @@ def _validate_traits(section: str, grades: tuple[Grade, ...]) -> None:
 
 
 def _list_kernel_traits(instrument: Any) -> dict[str, Any]:
-    """Return the properties of an instrument that are compiled into the filter kernel."""
+    """Return the properties of an instrument that are compiled into the Kalman filter."""
     cones = (
         instrument.list_visibility_cones() if hasattr(instrument, "list_visibility_cones") else ()
     )

@@ -274,7 +274,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Replace the paths of scenario and catalog files by the contents of these files.
+        """Replace the paths of scenario and catalog files with the contents of these files.
 
         Parameters
         ----------

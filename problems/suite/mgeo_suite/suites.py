@@ -102,10 +102,10 @@ class SuiteModels:
         return self.get_layout_model(np.array([len(place.options) - 1 for place in self.places]))
 
     def compute_layout_ids(self, choices: Ints) -> Ints:
-        """Return an integer for each suite that identifies its compiled filter kernel.
+        """Return an integer that is equal for suites with equal numbers of sensors of each kind.
 
-        Suites with the same integer share the kernel. The integer encodes the number of Sun sensors
-        and the presence of a star tracker.
+        Suites with the same integer share a compiled Kalman filter. The integer encodes the number
+        of Sun sensors and the presence of a star tracker.
 
         Parameters
         ----------
@@ -119,11 +119,11 @@ class SuiteModels:
         return self._has_instrument(choices) @ self._layout_weights
 
     def get_layout_model(self, choice: Ints) -> FilterModel:
-        """Return a filter model whose compiled kernel fits the selected suite.
+        """Return a filter model with as many sensors of each kind as the selected suite.
 
-        Suites with equal numbers of sensors of each kind share the model. The model is built on
-        first use. It has the same number of sensors of each kind as the suite, but with the errors
-        of the last grade in the catalog.
+        Suites with equal numbers of sensors of each kind share the model and its compiled Kalman
+        filter. The model is built on first use. Its sensors have the errors of the last grade in
+        the catalog.
 
         Parameters
         ----------

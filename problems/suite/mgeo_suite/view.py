@@ -30,7 +30,7 @@ ACCURACY_LEVELS_DEG = (1.0, 0.1, 0.03)
 
 
 class SuiteView(View):
-    """Tables, texts and figures that present designs of a `SensorSuiteProblem`.
+    """Presentation of `SensorSuiteProblem` designs as tables, figures and text.
 
     See `mgeo.View`. Each design is evaluated once.
     """

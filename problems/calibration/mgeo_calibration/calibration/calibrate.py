@@ -281,7 +281,7 @@ def compute_final_estimate(prior: PriorEstimate, fit_result: Fit) -> tuple[Float
 def reset_considered_states(
     prior: PriorEstimate, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
-    """Replace the estimates of considered states by their prior, propagated to the last sample.
+    """Replace the estimates of considered states with their prior, propagated to the last sample.
 
     The smoother weights all readings at once. Errors of the best estimate are independent of the
     readings, so that estimating the considered states does not degrade the other states or their

@@ -235,7 +235,7 @@ class Calibration:
 
     @property
     def conclusion(self) -> str:
-        """Conclusion of the consistency tests, in one or a few sentences.
+        """Text that states whether the calibration passes its consistency tests.
 
         For an inconsistent calibration, the text names the first failed test, its likely cause, and
         what the user should do.

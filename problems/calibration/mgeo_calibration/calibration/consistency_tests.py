@@ -123,7 +123,7 @@ class SensorTest:
 
     @property
     def has_negative_correlation(self) -> bool:
-        """True if the innovations are correlated negatively beyond the bound."""
+        """True if the innovations have a significant negative correlation."""
         return self.correlation < -self.correlation_bound
 
     @property
@@ -138,7 +138,7 @@ class SensorTest:
 
     @property
     def max_correlation(self) -> float:
-        """Largest autocorrelation with which the innovations still pass as white.
+        """Largest autocorrelation of the innovations that still passes the whiteness test.
 
         This is the bound for white innovations, or the correlation at which the variance ratio is 1
         if the declared noise is larger than the actual noise.
@@ -206,7 +206,7 @@ class SensorTest:
 def describe_overestimated_errors(
     solution: Solution, tests: Iterable[SensorTest]
 ) -> tuple[str, ...]:
-    """Return a tuple with a note if varying errors, such as gyro noise, are declared too large."""
+    """Return notes if the scenario overstates errors that vary in time, such as gyro noise."""
     negative_tests = [test for test in tests if test.has_negative_correlation]
     if not negative_tests:
         return ()

@@ -107,7 +107,7 @@ def find_bias_unit(owner: Gyro | Sensor) -> Unit:
 
 
 def find_error_unit(owner: Gyro | Sensor, sensitivity: BiasSensitivity) -> Unit:
-    """Return the telemetry unit of the bias or misalignment to which a bias sensitivity applies.
+    """Return the telemetry unit of the bias or misalignment that depends on a housekeeping channel.
 
     The unit is that of the bias, or degrees for a misalignment.
     """
@@ -125,7 +125,7 @@ def find_innovation_unit(sensor: Sensor) -> Unit:
 
 
 def format_label(name: str) -> str:
-    """Format the name of a state or a state block for display, for example ``gyro bias``."""
+    """Format a state name for display: ``gyro.bias`` becomes ``gyro bias``."""
     owner, _, state = name.rpartition(".")
     label = f"{owner} {state.replace('_', ' ')}" if owner else name
     return label.removeprefix("environment_errors ")
@@ -142,7 +142,7 @@ def convert_to_si(unit: str) -> tuple[str, float]:
 
 
 def convert_block(suite: Suite, states: Floats, block: str) -> Floats:
-    """Convert the three components of a state block to its display unit.
+    """Convert a three-axis state, such as the gyro bias, to its display unit.
 
     Rotations are converted to rotation vectors.
     """

@@ -19,7 +19,7 @@ EXPLANATORY_CHECKS = ("repeated samples", "repeated numbers")
 
 
 def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> CheckResults:
-    """Run all checks of the telemetry that do not need an attitude.
+    """Run all telemetry checks that do not need an attitude estimate.
 
     Return a dict that maps the name of each check to its findings, one line of text each.
 
@@ -34,7 +34,7 @@ def run_checks(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> 
 
 
 def list_data_faults(checks: CheckResults) -> tuple[str, ...]:
-    """List the findings of all checks, starting with the most reliable check.
+    """List the faults found by the telemetry checks, starting with the most reliable check.
 
     Each finding is one line of text.
     """

@@ -211,8 +211,8 @@ def _describe_alternatives(
 def _score_hypotheses(
     all_scores: ScoreTests, hypotheses: Mapping[str, Hypothesis], keys: Sequence[str]
 ) -> dict[str, Score]:
-    """Return the score of the most significant option of each hypothesis. The errors in `keys` are
-    estimated at the same time.
+    """Test each hypothesis about an unmodeled error, and return its most significant score. The
+    errors in `keys` are estimated at the same time.
     """
     best = {}
     for name, hypothesis in hypotheses.items():
@@ -239,7 +239,9 @@ def _describe_doubts(
     single_scores: Mapping[str, Score],
     all_scores: ScoreTests,
 ) -> Iterator[str]:
-    """Yield a note for each convention whose alternative fits better, but not significantly."""
+    """Yield a note for each declared convention if the data suggest, without statistical
+    significance, that another convention applies.
+    """
     order = np.concatenate([solution.partition.stochastic, solution.partition.constant])
     sigma = np.sqrt(np.diag(compute_last_covariance(solution)))[order]
     for name, hypothesis in hypotheses.items():

@@ -142,7 +142,7 @@ def list_addable_states(scenario: Scenario) -> dict[str, str]:
 def list_addable_sensitivities(
     scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
-    """List the sensitivities to housekeeping channels that can be added to a scenario.
+    """List the bias sensitivities, for example to a temperature, that can be added to a scenario.
 
     The dict maps names such as ``mag.temp`` to bias sensitivities.
     """

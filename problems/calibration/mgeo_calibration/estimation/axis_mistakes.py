@@ -205,8 +205,8 @@ def _select_samples(windows: Ints) -> Ints:
 
 
 def _accumulate_rotations(angles: Floats) -> Floats:
-    """Return rotation matrices from the body frame at each compared sample to the body frame at the
-    start of its window.
+    """Return rotation matrices from the body frame at selected samples of each window to the body
+    frame at the start of the window.
 
     Parameters
     ----------

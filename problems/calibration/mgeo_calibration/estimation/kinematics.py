@@ -263,8 +263,8 @@ def discretize_dynamics(
 
 @lru_cache(maxsize=16)
 def _differentiate_dynamics(suite: Suite) -> Floats:
-    """Return the derivatives of the dynamics matrix with respect to the body rate, in the attitude
-    rows and the columns of the constant gyro states.
+    """Differentiate the dynamics matrix with respect to the body rate. Only the attitude rows and
+    the columns of the constant gyro states are returned.
 
     Element [k, i, j] of the result, shape (3, 3, n), is the derivative of entry (i, j) of the
     dynamics matrix with respect to rate component k, for the n columns of the constant states.

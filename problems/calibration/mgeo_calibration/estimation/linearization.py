@@ -100,7 +100,7 @@ class MeasurementEquations:
 
     @property
     def n_leading(self) -> int:
-        """Number of leading stochastic states that affect the readings, at least three."""
+        """Smallest n, at least 3, such that only the first n stochastic states affect readings."""
         columns_and_counts = zip(self.columns, self.n_columns, strict=True)
         return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in columns_and_counts))
 

@@ -149,8 +149,8 @@ class ScoreTests:
     slices: Mapping[str, slice]
 
     def compute_score(self, name: str, nuisance: Sequence[str] = ()) -> Score:
-        """Test one model error. Other model errors can be estimated at the same time as nuisance
-        parameters.
+        """Run the score test for one model error. Other model errors can be estimated at the same
+        time as nuisance parameters.
 
         Parameters
         ----------

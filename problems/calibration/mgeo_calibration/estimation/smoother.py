@@ -101,7 +101,7 @@ class LinearizedBatch:
     def filter_span(
         self, start: FilterState, span: tuple[int, int, int], cost: float = 0.0
     ) -> tuple[Span, float]:
-        """Run the forward filter over one span, and return the span with the accumulated cost.
+        """Run the forward filter over one span of samples, and return the result and its cost.
 
         Parameters
         ----------
@@ -249,8 +249,8 @@ class Solution(LinearizedBatch):
 
 @dataclass(frozen=True, eq=False)
 class SmoothedCovariance:
-    """Smoothed covariance of the n leading stochastic states for given common errors c, and the
-    derivative of the smoothed errors with respect to c.
+    """Smoothed covariance of the first n stochastic states, given the errors c that all samples
+    share, and the derivative of the smoothed errors with respect to c.
 
     The vector c contains the errors at the first sample and the errors of the constant states.
 
@@ -396,8 +396,8 @@ def solve_linearized(
 def smooth_covariances(
     solution: Solution, n_leading: int | None = None
 ) -> Iterator[tuple[Span, SmoothedCovariance]]:
-    """Yield the spans of a solution with their smoothed covariances, from the last span to the
-    first.
+    """Yield the smoothed covariances of a solution for one span of consecutive samples at a time,
+    last span first.
 
     The covariances at the first sample of a span are undefined if `Span.first_new` is 1.
 

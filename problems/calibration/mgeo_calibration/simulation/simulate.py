@@ -294,8 +294,8 @@ def evaluate_filter(
 def _is_violated(
     cone: Cone, rotation: Floats, direction_motion: DirectionMotion, attitude: Floats
 ) -> Bools:
-    """Return a boolean mask of shape (r,) that marks the attitudes for which a path constraint is
-    violated during the preceding step.
+    """Return a boolean mask of the runs, shape (r,), that violate a path constraint during the
+    preceding step.
 
     Parameters
     ----------

@@ -122,7 +122,7 @@ def simulate_telemetry(
 def continue_errors(
     model: FilterModel, random_errors: RandomErrors, initial_truth: Truth | None
 ) -> RandomErrors:
-    """Replace the initial errors of a run by the final errors of an earlier run, if there is
+    """Replace the initial errors of a run with the final errors of an earlier run, if there is
     one.
     """
     if initial_truth is None:

@@ -90,8 +90,8 @@ def _normalize_name(name: object) -> str:
 
 
 def assign_unit(name: str, entry: T, columns: Sequence[Column]) -> T:
-    """Return a declaration that includes the unit in the column names. A declared unit takes
-    precedence.
+    """Add the unit in the column names, such as ``[deg/s]``, to a mapping entry that declares no
+    unit, and return the entry.
 
     Raises
     ------

@@ -107,8 +107,8 @@ def compute_angle_variance_rate(
 
 
 def _measure_stretches(counts: Floats, levels: int) -> Floats:
-    """Divide rounded values into stretches that span at most `levels` quantization steps. Return
-    the length of the stretch of each sample.
+    """Divide a series of rounded values into intervals whose values differ by at most `levels`
+    quantization steps. Return, for each sample, the length of its interval.
     """
     ends, low, high = [], counts[0], counts[0]
     for k, count in enumerate(counts.tolist()):

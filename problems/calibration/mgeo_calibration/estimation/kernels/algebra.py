@@ -17,8 +17,8 @@ MIN_SQUARED_NORM = 1e-200
 
 @reorderable
 def compute_dot_products(A, i, B, j, low, high):
-    """Return the dot products of three rows of A with three rows of B, over the columns `low` to
-    `high` - 1. The rows start at i and j.
+    """Return all nine dot products between three rows of A, starting at row i, and three rows of B,
+    starting at row j. Only the columns `low` to `high` - 1 are used.
     """
     a = b = c = d = e = f = g = h = o = 0.0
     for m in range(low, high):
@@ -31,7 +31,7 @@ def compute_dot_products(A, i, B, j, low, high):
 
 @helper
 def factor_cholesky(A, n):
-    """Replace the lower triangle of the leading n x n block of A by its Cholesky factor."""
+    """Replace the lower triangle of the leading n x n block of A with its Cholesky factor."""
     for j in range(n):
         for m in range(j):
             for i in range(j, n):

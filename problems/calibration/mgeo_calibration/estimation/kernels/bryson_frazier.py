@@ -124,8 +124,8 @@ def multiply_transposed(F, k, A, out):
     "float64[::1], int64, float64[::1], float64[:,::1])"
 )
 def smooth_errors(F, is_used, n_columns, columns, readings, estimates, c, first_new, adjoint, e):
-    """Run the smoother backward over the samples of a span, and write the errors of the stochastic
-    states to `e`.
+    """Run the smoother backward over consecutive samples, and write the estimated errors of the
+    stochastic states to `e`.
 
     Parameters
     ----------
@@ -206,8 +206,8 @@ def smooth_covariances(
     conditional_covariance,
     derivative,
 ):
-    """Compute the smoothed covariance of the stochastic states for given common errors c, and the
-    derivative of the smoothed errors with respect to c.
+    """Compute the smoothed covariance of the stochastic states, given the errors c that all samples
+    share. Also compute the derivative of the smoothed errors with respect to c.
 
     The vector c contains the errors at the first sample and of the constant states. The covariance
     combines the filter covariance with the information of all later readings, which is propagated

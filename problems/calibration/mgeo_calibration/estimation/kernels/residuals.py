@@ -25,8 +25,8 @@ def multiply_by_triangle(A, root, out):
 
 @helper
 def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi, workspace):
-    """Update the estimate of the common errors c and its covariance root in place by one reading,
-    using Potter's algorithm.
+    """Update the estimated errors c, which all samples share, with one reading by Potter's
+    algorithm. The estimate and the square root of its covariance are modified in place.
 
     A component with derivative w changes the root S to S (I - β φᵀ φ) with φ = w S. The vectors φ
     of all three components follow from the initial root, φ₂ (I - β φ₁ᵀ φ₁) after the first
@@ -88,8 +88,8 @@ def update_potter(s, k, readings, root, common_errors, whitened_innovations, phi
 
 @helper
 def write_estimates(k, estimates, root, common_errors, spread, errors, covariances):
-    """Write the estimated leading state errors at sample k and their covariance to the output
-    arrays.
+    """Write the estimated errors of the first n stochastic states at sample k, and their
+    covariance, to the output arrays.
 
     The errors are x + T c; `spread` is a work array.
     """
@@ -237,7 +237,7 @@ def compute_innovations(
     errors,
     covariances,
 ):
-    """Run the Kalman filter over the samples of a span, and compute whitened innovations, estimates
+    """Run the Kalman filter over consecutive samples, and compute whitened innovations, estimates
     and covariances.
 
     The filter for a given c is extended to the joint estimate of e and c. The update of the

@@ -79,8 +79,8 @@ def compute_sensitivities(
     R,
     gram,
 ):
-    """Propagate the sensitivities of states and innovations to m model error coefficients over a
-    span. T, R and `gram` are updated in place.
+    """Propagate the sensitivities of states and innovations to m model error coefficients over
+    consecutive samples. T, R and `gram` are updated in place.
 
     Parameters
     ----------

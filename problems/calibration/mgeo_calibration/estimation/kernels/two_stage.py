@@ -193,8 +193,8 @@ def update_joseph(P, K, Hw, V, noise, nd, columns, workspace):
 
 @helper
 def compute_step_cost(Q, defect, k, L, y):
-    """Return the cost of step k, which is its squared defect normalized by the process noise
-    covariance Q.
+    """Return the cost of step k: the squared residual of its process equations, normalized by the
+    process noise covariance Q.
 
     L and y are work arrays.
     """
@@ -214,7 +214,7 @@ def compute_step_cost(Q, defect, k, L, y):
 def run_filter(
     process, is_used, measurements, constant_factors, estimates, readings, first_new, cost
 ):
-    """Run the forward filter over the samples of a span, and return the accumulated sum of squared
+    """Run the forward filter over consecutive samples, and return the accumulated sum of squared
     normalized residuals.
 
     Parameters
@@ -255,8 +255,8 @@ def run_filter(
 
 @compile_cached(f"void(boolean[:,::1], {READINGS}, int64, float64[:,::1])")
 def reduce_readings(is_used, readings, first_new, R):
-    """Add the whitened readings of a span to the triangular least-squares system R in place. The
-    unknowns are the errors c that all samples share.
+    """Add the whitened readings of consecutive samples to the triangular least-squares system R in
+    place. The unknowns are the errors c that all samples share.
 
     `BLOCK_LENGTH` rows are reduced at a time.
 
