@@ -305,7 +305,7 @@ def list_relaxations(
 
     A relaxation is one line of text. Each relaxation makes the bound lower than the covariance of
     the best plan. One relaxation is common to all scenarios and is not listed: the bound of a
-    3-vector assumes that all other states are known.
+    3-vector assumes that all other states are known, except for a few that are bounded jointly.
     """
     anisotropic = (
         *(["gyro"] if has_axis_dependent_noise(model.suite.compute_noise_density()) else []),

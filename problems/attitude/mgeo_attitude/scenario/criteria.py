@@ -41,12 +41,12 @@ class Convergence(Settings):
 
     rule: Literal["trace", "required", "settling", "end"] = "trace"
     """definition of t_end. 'trace': the first time after the maneuvers at which the trace has
-    decreased by less than relative_decrease over the window; 'required': the first time after
-    which no 1-sigma exceeds its value in required_sigma until the end of duration; 'settling': the
-    first time after which the trace stays within a factor of its final value; 'end': the end of the
-    last maneuver. The preset paper has the rule 'trace', the other presets have 'end'"""
+    decreased by less than relative_decrease over the window; 'required': the first time after which
+    no 1-sigma exceeds its value in required_sigma until the end of duration; 'settling': the first
+    time after which the trace is at most factor times its value at the end of duration; 'end': the
+    end of the last maneuver. The preset paper has the rule 'trace', the other presets have 'end'"""
     factor: float = Field(default=1.25, gt=1.0)
-    """factor of the rule 'settling', relative to the final trace"""
+    """factor of the rule 'settling', relative to the trace at the end of duration"""
     window: Seconds = Field(default=300.0, gt=0.0)
     """window of the rule 'trace', a multiple of the step"""
     relative_decrease: float = Field(default=0.01, gt=0.0, lt=1.0)
