@@ -47,7 +47,7 @@ def format_key(title: str) -> str:
     'trace_ratio_to_lower_bound'
     """
     text = title.lower().replace("1-sigma", "1sigma").replace("%", "percent")
-    text = text.replace("/ lower bound", "ratio to lower bound")
+    text = re.sub("/ (lower )?bound", "ratio to lower bound", text)
     key = re.sub(r"[^a-z0-9]+", "_", text.replace("ω", "rate ")).strip("_")
     return f"in_{key}" if key[:1].isdigit() else key
 

@@ -54,8 +54,8 @@ class FrontRow(TypedDict):
 
     Further keys are quantities of the problem, with the unit at the end of the key. The problem
     `attitude` has `converges_after_s` (`ends_after_s` with the convergence rules `end` and
-    `required`), `attitude_1sigma_deg`, `covariance_trace` and, if a lower bound is available,
-    `trace_ratio`, the ratio of the trace to its lower bound.
+    `required`), `attitude_1sigma_deg`, `weighted_trace` and, if a lower bound is available,
+    `trace_ratio_to_lower_bound`.
     """
 
     solution: int
@@ -229,13 +229,14 @@ class RankRow(TypedDict):
     """Average rank over the problems; 1 is the best."""
     best_on: int
     """Number of problems on which the algorithm has the best median."""
-    ahead: float | None
-    """Number of problems on which the reference algorithm is significantly better. The reference is
-    the control of the study or the best algorithm; its own value is null."""
-    even: float | None
+    better: float | None
+    """Number of problems on which the algorithm is significantly better than the reference
+    algorithm: the control of the study or the best algorithm. Null for the reference algorithm."""
+    equal: float | None
     """Number of problems without a significant difference to the reference algorithm."""
-    behind: float | None
-    """Number of problems on which the reference algorithm is significantly worse."""
+    worse: float | None
+    """Number of problems on which the algorithm is significantly worse than the reference
+    algorithm."""
     p_holm: float | None
     """p value of the difference in rank to the reference algorithm, with Holm's correction."""
 

@@ -41,7 +41,7 @@ class MGEODirected(DirectedMoves):
       the step that led to the walker's best point and moves towards an archived point, in all
       variables (particle swarms; Zhang et al. 2018). A difference step is a fraction of the
       difference between two good points, in many variables (differential evolution; Storn & Price
-      1997). A normal step usually changes a single variable.
+      1997). A Gaussian step usually changes a single variable.
     - **Return.** After most generations, a walker returns to its best point or, more rarely, to the
       archived point that is nearest to its weight vector.
     - **Restart.** A walker without progress restarts. A walker with mixed weights draws a new
@@ -60,18 +60,18 @@ class MGEODirected(DirectedMoves):
     Parameters
     ----------
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau.
-    n_walkers : number of walkers.
-    extreme_weights : share of the walkers that minimize a single objective, in [0, 1].
-    difference : two probabilities in [0, 1], the first for walkers with mixed weights, the second
-        for walkers that minimize a single objective. Each is the probability that a candidate,
-        which is neither a recombination nor a step with momentum, takes a difference step. All
-        other such candidates take normal steps.
-    momentum : two probabilities in [0, 1] for the same two kinds of walkers. Each is the
-        probability that a candidate, which is not a recombination, takes a step with momentum. A
-        walker that minimizes a single objective does so only if an archived point is at most a
-        fifth of the width of the bounds away in each variable.
-    max_candidates : largest number of candidates per walker. With more variables than candidates,
-        the variables to change are drawn at random.
+    n_walkers : number of walkers, the parallel search trajectories.
+    extreme_weights : share of the walkers that minimize a single objective, in [0, 1]. The other
+        walkers have mixed weights.
+    momentum : probability of a step with momentum if the candidate is not a recombination, in
+        [0, 1]. Two values: for walkers with mixed weights, and for walkers that minimize a single
+        objective. The latter take such a step only if the archived point is near: in each variable
+        within a fifth of the width of the bounds from the walker.
+    difference : probability of a difference step if the candidate is neither a recombination nor a
+        step with momentum, in [0, 1]. Two values, as for momentum.
+    max_candidates : largest number of candidates per walker and generation, at most one per
+        variable: each Gaussian or difference step of a walker changes a variable of its own, and
+        sometimes others too.
     bounds : treatment of steps beyond the bounds: "clip" to the bound, "reflect" at the bound, or
         "resample" until the step stays inside (`mgeo.algorithms.steps`). "auto" reflects if the
         problem has equality constraints, and clips otherwise.
@@ -122,16 +122,16 @@ class MGEODirected(DirectedMoves):
         tau: float = 3.0,
         n_walkers: int = 16,
         extreme_weights: float = 0.4,
-        difference: Sequence[float] = (0.2, 0.65),
         momentum: Sequence[float] = (0.6, 0.6),
+        difference: Sequence[float] = (0.2, 0.65),
         max_candidates: int = 3,
         bounds: str = AUTO,
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
         self.extreme_weights = validate_fraction("extreme_weights", extreme_weights)
-        self.difference = validate_pair("difference", difference, validate_fraction)
         self.momentum = validate_pair("momentum", momentum, validate_fraction)
+        self.difference = validate_pair("difference", difference, validate_fraction)
         self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
         self.bounds = validate_choice("bounds", bounds, (AUTO, *BOUNDS))
 

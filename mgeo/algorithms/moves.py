@@ -1,4 +1,4 @@
-"""Candidates of `MGEODirected`: normal steps, differences, momentum and recombination.
+"""Candidates of `MGEODirected`: Gaussian steps, differences, momentum and recombination.
 
 `DirectedMoves` generates the candidates of a generation; the functions draw the steps.
 """
@@ -128,7 +128,7 @@ def draw_joint_steps(
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Draw steps that change the primary variable of each candidate and random other variables.
 
-    Each step is either a normal step or a difference step. A normal step has a random standard
+    Each step is either a Gaussian step or a difference step. A normal step has a random standard
     deviation, log-uniform in `sigma_range`. A difference step is a random fraction, uniform in [0,
     1), of the difference between two points (differential evolution; Storn & Price 1997).
 
@@ -144,13 +144,13 @@ def draw_joint_steps(
     extent : array, shape (n_var,)
         Width of the bounds.
     sigma_range : pair of float
-        Smallest and largest standard deviation of a normal step, as a fraction of `extent`.
+        Smallest and largest standard deviation of a Gaussian step, as a fraction of `extent`.
     coupling : pair of float
-        Mean probability that another variable changes, for normal steps and for difference steps.
+        Mean probability that another variable changes, for Gaussian steps and for difference steps.
     difference_share : float or array that broadcasts with `primary`
         Probability that a step is a difference step.
     donors : function, optional
-        Returns the pairs of points of the difference steps. None for normal steps only.
+        Returns the pairs of points of the difference steps. None for Gaussian steps only.
     rng : numpy.random.Generator
     attraction : Attraction, optional
         Attraction of some difference steps towards other points.
@@ -160,7 +160,7 @@ def draw_joint_steps(
     steps : array, shape (..., n_var)
         Steps, 0 for variables that do not change.
     spread : array, shape (..., n_var)
-        Standard deviations of the normal steps, 0 for difference steps.
+        Standard deviations of the Gaussian steps, 0 for difference steps.
     donor : array, shape (..., n_var), or None
         Points towards which the steps move: the first points of the pairs, or the targets of the
         attraction. None without `donors`.
@@ -245,7 +245,7 @@ class DirectedMoves(ExtremalOptimization):
     #: steps and for difference steps (see `draw_joint_steps`). A difference step that changed all
     #: variables could copy the point of its donor.
     coupling: ClassVar[Pair] = (0.05, 0.5)
-    #: Smallest and largest standard deviation of normal steps, as a fraction of the width of the
+    #: Smallest and largest standard deviation of Gaussian steps, as a fraction of the width of the
     #: bounds. The range is wide, because the right scale is unknown.
     sigma_range: ClassVar[Pair] = (1e-3, 1.0)
     #: Share of the difference steps that are attracted to the archived point nearest to the
@@ -343,7 +343,7 @@ class DirectedMoves(ExtremalOptimization):
         self.proposals = bounding(walkers, steps, spread, xl, xu, uniform, NORMAL)
         is_discrete = ~self.variables.is_real
         if is_discrete.any():
-            # A normal step has no donor from which a choice could take its option.
+            # A Gaussian step has no donor from which a choice could take its option.
             options = np.full(steps.shape, np.nan) if donor is None else donor
             options = np.where((spread == 0.0).all(axis=-1, keepdims=True), options, np.nan)
             rounded = round_steps(

@@ -109,7 +109,11 @@ class Progress:
         if state is None:
             return
         self._status = _format_state(state)
-        done = f"{state.n_evaluations:,} of {state.budget:,} evaluations"
+        # The last generation can exceed the budget.
+        budget = f" of {state.budget:,}" if state.n_evaluations <= state.budget else ""
+        done = f"{state.n_evaluations:,}{budget} evaluations"
+        if state.refinement is not None:
+            done = "local refinement"
         completed = min(state.n_evaluations, state.budget)
         self._bar.update(self._task, total=state.budget, completed=completed, done=done)
         if not self._console.is_terminal:
@@ -217,14 +221,11 @@ def format_run_title(run: RunConfiguration) -> str:
 
 
 def _format_state(state: SolveState) -> str:
-    """Return a status line with the front size, hypervolume, refined solutions and failures."""
+    """Return a status line: front size, normalized hypervolume and failed evaluations."""
     _, F = state.build_front()
     parts = [f"{len(F):,} on the front"]
     if (hypervolume := state.compute_hypervolume(F)) is not None:
-        parts.append(f"normalized hypervolume {hypervolume:.4f}")
-    if state.refinement is not None:
-        n_refined = int(state.refinement.is_replaced.sum()) + state.refinement.n_added
-        parts.append(f"{n_refined:,} refined or added")
+        parts.append(f"hypervolume {hypervolume:.4f}")
     if failed := sum(state.failures.values()):
         parts.append(f"{failed:,} failed")
     if state.checkpoint_error is not None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
+from mgeo._text import TEXT_WIDTH, wrap_text
 from mgeo.cli.errors import EXIT_CODES
 
 #: Group of the options that most commands have.
@@ -52,10 +53,12 @@ def format_examples(command: str, examples: Mapping[str, Iterable[str]]) -> str:
 
 
 def format_exit_codes() -> str:
-    """Return the "Exit codes" section of the help page."""
-    return "\n".join(
-        ["\b", "Exit codes:", *(f"  {int(code):<5}{text}" for code, text in EXIT_CODES.items())]
+    """Return the section "Exit codes" of the help text."""
+    lines = (
+        wrap_text(f"  {int(code):<5}{text}", " " * 7, TEXT_WIDTH - 2)
+        for code, text in EXIT_CODES.items()
     )
+    return "\n".join(["\b", "Exit codes:", *lines])
 
 
 def _write_groups(rows: Iterable[tuple[str, str, str]], formatter: Any) -> None:

@@ -101,6 +101,8 @@ def algorithms(
     output.print_document(description)
     output.print_title(f"{name}: {description['label']}")
     output.print_text(description["description"])
+    if name in ALGORITHMS and ALGORITHMS[name].candidates:
+        output.print_text("", ALGORITHMS[name].candidates)
     for parameter in description["parameters"]:
         output.print(f"\n{parameter['name']} = {_format_default(parameter['default'])}")
         meaning = _format_meaning(parameter["meaning"])

@@ -65,8 +65,9 @@ def solve(
         typer.Option(
             metavar="FILE.json",
             rich_help_panel="Problem",
-            help="Start from an earlier result, such as a calibration, if the problem supports it. "
-            "A scenario file then contains only the options that differ.",
+            help="Continue after an earlier result, such as a calibration, whose accuracy becomes "
+            "the initial one, if the problem supports it. A scenario file then contains only the "
+            "options that differ from those of the earlier result.",
         ),
     ] = None,
     robust: Annotated[
@@ -96,7 +97,8 @@ def solve(
             min=1,
             metavar="N",
             rich_help_panel="Search",
-            help="Number of evaluations of the problem [default: `--dry-run` prints it].",
+            help="Number of evaluations of the problem, rounded up to whole generations [default: "
+            "`--dry-run` prints it].",
         ),
     ] = None,
     seed: Annotated[
@@ -114,9 +116,8 @@ def solve(
             min=0,
             metavar="N",
             rich_help_panel="Search",
-            help="Number of initial designs that the problem suggests, counted in --evaluations "
-            "[default: chosen by the problem; 0 if --robust, --evaluations, --algorithm, "
-            "--walkers or --set is given].",
+            help="Number of initial designs that the problem suggests, included in --evaluations "
+            "[default: chosen by the problem; see --refine].",
         ),
     ] = None,
     refine: Annotated[
@@ -124,9 +125,9 @@ def solve(
         typer.Option(
             "--refine/--no-refine",
             rich_help_panel="Search",
-            help="Refine the front by a local search after the evaluations, which is not counted "
-            "in --evaluations [default: chosen by the problem; --no-refine if --robust, "
-            "--evaluations, --algorithm, --walkers or --set is given].",
+            help="Refine the front by a local search after these evaluations [default: chosen by "
+            "the problem. A run with --robust, --evaluations, --algorithm, --walkers or --set has "
+            "neither initial designs nor refinement.]",
         ),
     ] = None,
     max_time: MaxTime = None,
@@ -179,7 +180,7 @@ def solve(
             parameters["n_walkers"] = walkers
         run = prepare_run(
             problem,
-            scenario_file=scenario if scenario and scenario.endswith(".toml") else None,
+            scenario_file=scenario if scenario and Path(scenario).is_file() else None,
             parameters=parameters,
             options=read_scenario(problem, scenario, after=after, trusted_classes=(problem,)),
             algorithm=algorithm_option,

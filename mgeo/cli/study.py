@@ -163,7 +163,7 @@ def _print_results(
         },
     }
     output.print_document(document)
-    output.print_title(study.title)
+    output.print_title(f"Study: {study.title}")
     output.print_text(study.format_size(), "")
     if len(comparisons) > 1 and summary is not None:
         output.print_text(*summary.conclusions)

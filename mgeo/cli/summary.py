@@ -97,7 +97,7 @@ def _describe_run(run: Run, view: View) -> tuple[str, str]:
         result = "no feasible solution"
     elif outcome.hypervolume is not None:
         result += f", normalized hypervolume {outcome.hypervolume:.4f}"
-    refined = " and local refinement" if outcome.n_refined or outcome.n_added else ""
+    refined = ", then local refinement," if outcome.n_refined or outcome.n_added else ""
     cost = (
         f"{outcome.n_evaluations:,} evaluations by {configuration.algorithm} "
         f"(seed {configuration.seed}){refined} in {format_duration(outcome.wall_time_s)}"

@@ -15,6 +15,7 @@ from mgeo.plugins.discovery import (
     find_plugin,
     import_class,
     list_plugins,
+    list_preset_names,
 )
 from mgeo.plugins.protocol import ProblemMixin, has_override
 from mgeo.store.readers import read_json, read_text
@@ -103,11 +104,14 @@ def read_scenario(
     if scenario is None:
         return result_options
     path = Path(scenario)
-    if path.suffix != ".toml" and len(path.parts) == 1:
+    if not path.suffix and len(path.parts) == 1:
         return {"preset": scenario, **result_options}
     path = Path(folder) / path
     if not path.is_file():
-        raise FileNotFoundError(f"there is no scenario file {path}")
+        presets = ", ".join(list_preset_names(problem))
+        raise FileNotFoundError(
+            f"there is no scenario file {path}{presets and f'; presets of {problem}: {presets}'}"
+        )
     text = read_text(path)
     with convert_file_errors(path):
         return _read_files(

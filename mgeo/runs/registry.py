@@ -27,6 +27,8 @@ class AlgorithmRecord:
         the parameters of the algorithm are those of the constructor.
     supports_constraints : bool
         Whether the algorithm supports constraints.
+    candidates : str
+        Kinds of candidates, in one sentence that precedes the list of parameters.
     """
 
     name: str
@@ -35,14 +37,28 @@ class AlgorithmRecord:
     path: str
     population_arguments: tuple[str, ...] = ()
     supports_constraints: bool = True
+    candidates: str = ""
 
 
 _POPULATION_SIZE, _REFERENCE_DIRECTIONS = ("pop_size",), ("ref_dirs",)
 _DIRECTIONS_AND_SIZE = (*_REFERENCE_DIRECTIONS, *_POPULATION_SIZE)
 
 
-def _build_mgeo_record(name: str, label: str, cls: str, description: str) -> AlgorithmRecord:
-    return AlgorithmRecord(name, label, description, f"mgeo.algorithms:{cls}")
+#: Kinds of candidates of `mgeo.MGEODirected`, in the order in which they are drawn.
+_CANDIDATES = (
+    "A candidate is a recombination of two good points (archived points, or best points of "
+    "walkers); if not that, a step with momentum, which continues the step to the walker's best "
+    "point and moves towards an archived point; if not that, a difference step, along the "
+    "difference of two good points; or else a Gaussian step. The share of recombination adapts to "
+    "its success."
+)
+
+
+def _build_mgeo_record(
+    name: str, label: str, cls: str, description: str, candidates: str = ""
+) -> AlgorithmRecord:
+    path = f"mgeo.algorithms:{cls}"
+    return AlgorithmRecord(name, label, description, path, candidates=candidates)
 
 
 def _build_pymoo_record(
@@ -84,12 +100,14 @@ RECORDS = (
         "decomposition-based MGEO",
         "MGEODirected",
         "decomposition: one weight vector per walker; default",
+        _CANDIDATES,
     ),
     _build_mgeo_record(
         ROBUST_ALGORITHM,
         "staged MGEO",
         "MGEOStaged",
         "low-fidelity evaluations first; default with --robust",
+        _CANDIDATES,
     ),
     _build_pymoo_record(
         "nsga2",

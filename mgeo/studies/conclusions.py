@@ -112,10 +112,10 @@ class StudySummary:
         Whether the algorithm is the control of the study.
     ranks : DataFrame
         One row per algorithm, best first: ``average_rank`` of the median default indicator;
-        ``best_on``, the number of problems on which the algorithm has the best median; ``ahead``,
-        ``even`` and ``behind``, the numbers of problems on which `algorithm` is significantly
-        better, not significantly different, and significantly worse than this algorithm; and
-        ``p_holm`` of the signed-rank test over problems.
+        ``best_on``, the number of problems on which the algorithm has the best median;
+        ``better``, ``equal`` and ``worse``, the numbers of problems on which the algorithm of the
+        row is significantly better than, not significantly different from, and significantly worse
+        than `algorithm`; and ``p_holm`` of the signed-rank test over problems.
     pairs : DataFrame
         One row per problem and other algorithm: ``problem`` and ``algorithm``, with the columns of
         `compare_with_rivals`.
@@ -170,7 +170,9 @@ def summarize_study(
         names=["problem", "algorithm"],
     ).reset_index()
     counts = pd.crosstab(pairs["algorithm"], pairs["result"])
-    counts = counts.reindex(columns=["ahead", "even", "behind"], fill_value=0)
+    # Results are those of `name`; a row of the ranks has those of the other algorithm.
+    counts = counts.reindex(columns=["behind", "even", "ahead"], fill_value=0)
+    counts = counts.set_axis(["better", "equal", "worse"], axis=1)
     ranks.insert(1, "best_on", medians.eq(medians.max(axis=1), axis=0).sum())
     ranks = ranks.join(counts)[["average_rank", "best_on", *counts, "p_holm"]]
     conclusions = _format_summary(comparisons, name, ranks, pairs)

@@ -40,21 +40,21 @@ def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummar
         {
             "average rank": ranks["average_rank"].map("{:.2f}".format),
             "best on": ranks["best_on"].map("{:d}".format),
-            **{key: ranks[key].map("{:.0f}".format) for key in ("ahead", "even", "behind")},
+            **{key: ranks[key].map("{:.0f}".format) for key in ("better", "equal", "worse")},
             "p": ranks["p_holm"].map("{:.2g}".format),
         }
     )
-    table.loc[name, ["ahead", "even", "behind", "p"]] = "-"
+    table.loc[name, ["better", "equal", "worse", "p"]] = "-"
     return Section(
         f"Ranks over {len(comparisons)} problems",
         table=table.rename_axis("algorithm"),
         note=f"Average rank: 1 for the {format_criterion(comparisons)} on a problem, averaged over "
         f"the problems.{_describe_zero_ranks(comparisons)}\n"
         "Best on: number of problems on which the algorithm ranks first, alone or tied.\n"
-        f"Ahead, even, behind: number of problems on which {name} is significantly better than, "
-        "not significantly different from, and significantly worse than the algorithm "
+        "Better, equal, worse: number of problems on which the algorithm is significantly better "
+        f"than, not significantly different from, and significantly worse than {name} "
         f"({format_test_method(summary.is_control)}).\n"
-        f"p: signed-rank test of {name} against the algorithm over all problems, with Holm's "
+        f"p: signed-rank test of the algorithm against {name} over all problems, with Holm's "
         f"correction.{_describe_smallest_p(summary, len(comparisons))}",
     )
 
@@ -79,8 +79,9 @@ def _describe_smallest_p(summary: StudySummary, n_problems: int) -> str:
     smallest = (k - 1) * 2.0 ** (1 - n)  # All differences of the exact test have equal signs.
     if smallest < SIGNIFICANCE_LEVEL:
         return ""
-    blocks = f"{n} {'problem' if n == n_problems else 'function'}{'s' if n > 1 else ''}"
-    return f" With {blocks}, p is at least {min(smallest, 1.0):.2g}: no difference is significant."
+    kind = "problem" if n == n_problems else "function"
+    blocks = f"{n} {kind}s are" if n > 1 else f"A single {kind} is"
+    return f" {blocks} too few for this test to find a significant difference."
 
 
 def build_budget_table(ranks: pd.DataFrame, study: Study) -> Section:

@@ -90,10 +90,10 @@ class ManeuverRow(TypedDict):
     """Commanded body rate about z."""
     angle_deg: float
     """Accumulated rotation."""
-    most_reduced_1sigma: str
-    """Quantity whose 1-sigma the maneuver reduces by the largest factor."""
-    by_factor: float | None
-    """Factor of this reduction."""
+    most_reduced: str
+    """Quantity whose 1-sigma the maneuver divides by the largest factor."""
+    factor: float | None
+    """This factor: 1-sigma before the maneuver, divided by 1-sigma after it."""
     start_utc: str
     """Start in UTC."""
 

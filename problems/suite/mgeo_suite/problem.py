@@ -85,7 +85,7 @@ class SensorSuiteProblem(ProblemMixin, Problem):
     without_effect = ("threads",)
     preset_descriptions: ClassVar[Mapping[str, str]] = {
         "cubesat": "minimizes price and attitude 1-sigma; the default",
-        "cubesat_time": "minimizes price, attitude 1-sigma and t_end",
+        "cubesat_time": "minimizes price, attitude 1-sigma and plan duration",
     }
 
     def __init__(

@@ -152,6 +152,7 @@ def test_existing_run_is_replaced_only_with_overwrite(mgeo):
             r"sigma\[1\] = 'x': expected a finite number > 0",
         ),
         (["cantilever", "--scenario", "no.toml"], "there is no scenario file no.toml"),
+        (["cantilever", "--scenario", "no.tml"], "no.tml; presets of cantilever: .*heavy"),
         (["cantilever", "--out", "file"], "file is a file: expected a folder"),
         (["cantilever", "--set", "bits"], "--set bits: expected NAME=VALUE"),
     ],

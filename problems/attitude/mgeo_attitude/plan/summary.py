@@ -36,7 +36,7 @@ def _describe_hold(plan: ManeuverPlan) -> list[str]:
     if plan.hold_end <= plan.t_end:
         return []
     time = format_duration(plan.hold_end)
-    return [f"The last rates are held until {time}, for Monte Carlo runs that converge later."]
+    return [f"The last rates are held until {time}, because some runs converge that late."]
 
 
 def _describe_constraints(plan: ManeuverPlan) -> list[str]:

@@ -171,6 +171,7 @@ def _describe_timeline(plan: ManeuverPlan) -> str:
     }
     if len(maneuvers) < plan.scenario.maneuvers.count:
         text += " Maneuvers without duration are omitted."
+    text += " Most reduced: quantity whose 1-sigma is divided by the largest factor."
     if any(label.startswith(HOLD_LABEL) for label in labels):
         text += " Hold: the satellite keeps the last rates."
     return text
@@ -182,11 +183,12 @@ def _describe_accuracy(plan: ManeuverPlan) -> str:
         if plan.scenario.is_magnetorquer_driven
         else "nominal run, without random errors"
     )
+    nominal = ", when the nominal run converges" if plan.scenario.monte_carlo else ""
     text = (
         "1-sigma about the worst body axis, before the plan and after "
-        f"{format_duration(plan.t_end)}. Predicted: {predicted}. 90 % of runs: not exceeded in "
-        f"90 % of {plan.view.n_monte_carlo_runs} Monte Carlo runs with random errors of attitude "
-        "and rates."
+        f"{format_duration(plan.t_end)}{nominal}. Predicted: {predicted}. 90 % of runs: not "
+        f"exceeded in 90 % of {plan.view.n_monte_carlo_runs} Monte Carlo runs with random errors "
+        "of attitude and rates."
     )
     if "lower bound" in plan.accuracy:
         text += " Lower bound: for any maneuver of this duration. Ratio: predicted / lower bound."

@@ -21,7 +21,7 @@ Table = dict[str, Any]
 #: Descriptions of the presets by name, each a file in this folder.
 PRESETS: Mapping[str, str] = {
     "paper": "satellite of the published paper; the default",
-    "cubesat_1u": "1U cubesat that only magnetorquers rotate",
+    "cubesat_1u": "1U cubesat with magnetorquers as its only actuators",
     "cubesat_6u": "6U cubesat with small instruments",
     "cubesat_6u_full": "cubesat_6u with further instrument and model errors",
     "microsatellite": "110 kg satellite with star trackers and wheels",

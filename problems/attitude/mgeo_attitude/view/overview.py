@@ -10,6 +10,7 @@ from itertools import groupby
 import numpy as np
 import pandas as pd
 
+from mgeo._text import format_duration
 from mgeo.plugins.review import Section
 from mgeo.plugins.view import MAX_ROWS, build_constraint_section
 from mgeo_attitude._typing import Floats
@@ -24,7 +25,7 @@ from mgeo_attitude.maneuvers.motion import (
 from mgeo_attitude.maneuvers.schedule import get_durations
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
-from mgeo_attitude.view.plans import Plans
+from mgeo_attitude.view.plans import MONTE_CARLO_SHARE, Plans
 from mgeo_attitude.view.summaries import describe_ends
 
 #: Number of quantities that a terminal shows if there are more than `MAX_ROWS`.
@@ -59,8 +60,13 @@ def _describe_robust_values(plans: Plans) -> str:
         return ""
     if settings.mean:
         return f"Robust values are means over {settings.n_runs} Monte Carlo runs. "
-    share = f"{100.0 * settings.quantile:g} % of {settings.n_runs}"
-    return f"Robust values hold in {share} Monte Carlo runs. "
+    text = (
+        f"Robust values are not exceeded in {100.0 * settings.quantile:g} % of the "
+        f"{settings.n_runs} Monte Carlo runs of the search"
+    )
+    if settings.quantile > MONTE_CARLO_SHARE:  # The search prefers plans that suit its own runs.
+        text += f", so that they hold in {100.0 * MONTE_CARLO_SHARE:g} % of other runs"
+    return f"{text}. "
 
 
 def _build_accuracy_section(plans: Plans) -> Section:
@@ -68,14 +74,15 @@ def _build_accuracy_section(plans: Plans) -> Section:
     if len(table) > MAX_ROWS:  # Attitude first, then the quantities with the smallest reduction.
         order = (table["predicted"] / table["before"]).iloc[1:].sort_values(ascending=False).index
         table, max_rows = table.loc[[table.index[0], *order]], _MAX_QUANTITIES
+    other = "other " if plans.problem.scenario.monte_carlo else ""
     note = (
-        f"90 % of runs: 1-sigma that 90 % of {plans.n_monte_carlo_runs} Monte Carlo runs with "
-        "random errors do not exceed. "
+        f"90 % of runs: not exceeded in 90 % of {plans.n_monte_carlo_runs} {other}Monte Carlo runs "
+        "with random errors of attitude and rates. "
     )
     if plans.problem.scenario.is_magnetorquer_driven:
         note += "Predicted: root mean square of these runs. "
     note += (
-        "Ratio: predicted / lower bound of all maneuvers of this duration."
+        "Ratio: predicted / lower bound for this duration."
         if "lower bound" in table
         else "No lower bound can be proved for this scenario."
     )
@@ -126,8 +133,8 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
     DataFrame
         One row per maneuver, by number, then ``hold`` and ``slew back``. Columns: ``start [s]``;
         ``duration [s]``; the commanded rates ``ωx [deg/s]`` to ``ωz [deg/s]``; ``angle [deg]``, the
-        accumulated rotation; ``most reduced 1-sigma``, the quantity whose worst-axis 1-sigma
-        decreases by the largest factor in the maneuver; and ``by factor``, the factor.
+        accumulated rotation; ``most reduced``, the quantity whose worst-axis 1-sigma decreases by
+        the largest factor in the maneuver; and ``factor``, this factor.
     """
     model = plans.problem.model
     trajectory = plans.compute_trajectory(0)
@@ -151,8 +158,8 @@ def build_maneuver_table(plans: Plans) -> pd.DataFrame:
                 "duration [s]": end - start,
                 **{f"ω{axis} [deg/s]": rate for axis, rate in rates},
                 "angle [deg]": sum(part.rotation_deg for part in parts),
-                "most reduced 1-sigma": quantity,
-                "by factor": factor,
+                "most reduced": quantity,
+                "factor": factor,
             }
         )
     return pd.DataFrame(rows).set_index("maneuver")
@@ -163,7 +170,8 @@ def _describe_phases(plans: Plans, table: pd.DataFrame) -> str:
     if plans.problem.model.slew_limits is not None:
         sentences.append("Duration and angle include the ramp to the rates.")
     if "hold" in table.index:
-        sentences.append("Hold: the satellite keeps the last rates.")
+        (end,) = plans.hold_end
+        sentences.append(f"Hold: the last rates are kept until {format_duration(end)}.")
     return " ".join(sentences)
 
 
@@ -189,9 +197,9 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     DataFrame
         Columns: ``ends after [s]`` with the convergence rules "end" and "required", otherwise
         ``converges after [s]``; ``attitude 1-sigma [deg]`` about the worst body axis;
-        ``covariance trace [-]``, the weighted trace; ``trace ratio [-]`` to the lower bound, if one
-        can be proved; and further objectives. If the scenario has Monte Carlo runs, ``robust time
-        [s]`` and ``robust trace [-]`` replace time and trace.
+        ``weighted trace [-]`` of the covariance; ``trace / bound [-]``, its ratio to the lower
+        bound, if one can be proved; and further objectives. If the scenario has Monte Carlo runs,
+        ``robust time [s]`` and ``robust trace [-]`` replace time, trace and ratio.
     """
     problem, result = plans.problem, plans.nominal
     event = "ends after" if problem.model.rule in ("end", "required") else "converges after"
@@ -201,14 +209,15 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     columns = {
         f"{event} [s]": result.t_end,
         "attitude 1-sigma [deg]": sigma_deg,
-        "covariance trace [-]": result.trace,
+        "weighted trace [-]": result.trace,
     }
     if problem.scenario.monte_carlo:
         robust = {"t_end": "robust time [s]", "trace": "robust trace [-]"}
         columns = {robust[key]: F for key, F in objectives.items() if key in robust}
         columns["attitude 1-sigma [deg]"] = sigma_deg
-    with suppress(NoLowerBoundError):
-        bounds = problem.lower_bound.evaluate_trace(result.t_end)
-        columns["trace ratio [-]"] = result.trace / bounds
+    else:
+        with suppress(NoLowerBoundError):
+            bounds = problem.lower_bound.evaluate_trace(result.t_end)
+            columns["trace / bound [-]"] = result.trace / bounds
     columns |= {labels[key]: F for key, F in objectives.items() if key not in ("t_end", "trace")}
     return pd.DataFrame(columns)

@@ -17,7 +17,7 @@ from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.scenario.criteria import MonteCarloSettings
+from mgeo_attitude.scenario.criteria import Convergence, MonteCarloSettings
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.scenario.validity import find_validity_violations
 from mgeo_attitude.sensors.suite import list_block_units
@@ -33,9 +33,9 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     """Describe a satellite and its scenario by short texts, keyed by topic.
 
     The topics are satellite, time span, orbit, ascending node, Sun, eclipses, magnetic field,
-    maneuvers, Monte Carlo runs, constraints and initial errors. Path constraints and wheel budgets
-    include the margin if the satellite holds its initial attitude. The computation takes about
-    0.1 s.
+    maneuvers, convergence, Monte Carlo runs, constraints and initial errors. Path constraints and
+    wheel budgets include the margin if the satellite holds its initial attitude. The computation
+    takes about 0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
     end = _compute_end(scenario)
@@ -52,6 +52,8 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     }
     if scenario.monte_carlo is not None:
         topics["Monte Carlo runs"] = _describe_monte_carlo(scenario.monte_carlo)
+    if rule := _describe_convergence(scenario.convergence):
+        topics["convergence"] = rule
     constraints = list(_describe_constraints(problem))
     for number, text in enumerate(constraints, 1):
         topics[f"constraint {number}" if len(constraints) > 1 else "constraint"] = text
@@ -150,10 +152,21 @@ def _describe_constraints(problem: AttitudeManeuverProblem) -> Iterator[str]:
             unit, value, *_, margin = rows[constraint.label]
             state = "margin" if margin >= 0.0 else "violated by"
             text += (
-                f"; {value:.3g} {unit} if the initial attitude is held "
-                f"({state} {abs(margin):.2g} {unit})"
+                f"; without maneuvers it is {value:.3g} {unit} ({state} {abs(margin):.2g} {unit})"
             )
         yield text
+
+
+def _describe_convergence(settings: Convergence) -> str:
+    """Describe the convergence rule. The text is empty if plans end with the last maneuver."""
+    return {
+        "trace": f"when the weighted trace falls by less than {100 * settings.relative_decrease:g} "
+        f"% in {format_duration(settings.window)}",
+        "required": "when every 1-sigma stays within its value in required_sigma",
+        "settling": f"when the weighted trace stays within {settings.factor:g} times its value at "
+        "the end of the time span",
+        "end": "",
+    }[settings.rule]
 
 
 def _describe_monte_carlo(settings: MonteCarloSettings) -> str:

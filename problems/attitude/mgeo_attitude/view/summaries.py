@@ -18,7 +18,7 @@ from mgeo_attitude.lower_bound.samples import NoLowerBoundError
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, get_durations
 from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import Suite, list_block_units
-from mgeo_attitude.view.plans import MONTE_CARLO_SHARE_TEXT, Plans
+from mgeo_attitude.view.plans import MONTE_CARLO_SHARE, MONTE_CARLO_SHARE_TEXT, Plans
 
 #: Summary of a plan whose covariance was lost.
 COVARIANCE_LOST = "The covariance of the filter lost positivity"
@@ -56,14 +56,24 @@ def summarize_plans(plans: Plans) -> list[str]:
 
 
 def describe_ends(plans: Plans) -> list[str]:
-    """Return a sentence per plan that states when the plan ends or converges, without a period."""
-    times = plans.nominal.t_end, plans.monte_carlo_t_end, plans.end_times
+    """Return one sentence per plan, without a period, on the time at which it ends or converges.
+
+    The time of a robust plan is its objective, the time within which the requested share of the
+    Monte Carlo runs of the search converge.
+    """
+    errors = plans.problem.scenario.monte_carlo
+    run_times, share = plans.monte_carlo_t_end, MONTE_CARLO_SHARE
+    if errors is not None and not errors.mean:
+        run_times, share = plans.robust_t_end, errors.quantile
+    runs = f"{100.0 * share:g} % of Monte Carlo runs"
+    times = plans.nominal.t_end, run_times, plans.end_times
     return [
-        _describe_end(plans, *row) for row in zip(*(each.tolist() for each in times), strict=True)
+        _describe_end(plans, runs, *row)
+        for row in zip(*(each.tolist() for each in times), strict=True)
     ]
 
 
-def _describe_end(plans: Plans, t_end: float, monte_carlo_t_end: float, end: float) -> str:
+def _describe_end(plans: Plans, runs: str, t_end: float, run_time: float, end: float) -> str:
     if not math.isfinite(t_end):
         return COVARIANCE_LOST
     model, scenario = plans.problem.model, plans.problem.scenario
@@ -75,20 +85,19 @@ def _describe_end(plans: Plans, t_end: float, monte_carlo_t_end: float, end: flo
     nominal = (
         f"{converges} after {after}" if is_converged else f"does not {converge} within {after}"
     )
+    within = f"within {format_duration(run_time)}" if math.isfinite(run_time) else ""
     if model.ends_with_last_maneuver:
         text = f"Ends after {after}"
-    elif math.isnan(monte_carlo_t_end) or monte_carlo_t_end == t_end:
+    elif math.isinf(run_time):
+        text = f"Fewer than {runs} {converge}; the nominal run {nominal}"
+    elif within and (scenario.monte_carlo or scenario.is_magnetorquer_driven):
+        text = f"{converges.capitalize()} {within} in {runs}"
+    elif not within or run_time == t_end:
         text = nominal.capitalize()
-    elif math.isinf(monte_carlo_t_end):
-        text = f"Fewer than {MONTE_CARLO_SHARE_TEXT} {converge}; the nominal run {nominal}"
-    elif scenario.monte_carlo or not is_converged or scenario.is_magnetorquer_driven:
-        within = f"within {format_duration(monte_carlo_t_end)} in {MONTE_CARLO_SHARE_TEXT}"
-        text = f"{converges.capitalize()} {within}"
-        if not scenario.is_magnetorquer_driven:  # Otherwise no run is nominal.
-            text += f"; the nominal run {nominal}"
+    elif not is_converged:
+        text = f"{converges.capitalize()} {within} in {runs}; the nominal run {nominal}"
     else:
-        within = format_duration(monte_carlo_t_end)
-        text = f"{nominal.capitalize()}, in {MONTE_CARLO_SHARE_TEXT} within {within}"
+        text = f"{nominal.capitalize()}, in {runs} {within}"
     if scenario.maneuvers.slew_back and math.isfinite(end):
         text += f"; the slew back ends after {format_duration(end)}"
     return text
@@ -110,19 +119,6 @@ def format_nominal_suffix(scenario: Scenario) -> str:
     string.
     """
     return ", nominal" if scenario.monte_carlo or scenario.is_magnetorquer_driven else ""
-
-
-def format_convergence_time(t_end: float) -> str:
-    """Return a phrase that states when 90 % of Monte Carlo runs have converged.
-
-    Parameters
-    ----------
-    t_end : float
-        Time [s]; infinite if fewer runs converge.
-    """
-    if t_end == math.inf:
-        return f"fewer than {MONTE_CARLO_SHARE_TEXT} converge"
-    return f"{MONTE_CARLO_SHARE_TEXT} converge within {format_duration(t_end)}"
 
 
 def build_plan_table(plans: Plans) -> pd.DataFrame:

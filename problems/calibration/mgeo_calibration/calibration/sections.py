@@ -263,8 +263,8 @@ def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
         )
     elif "misalignment" in states:
         lines.append(
-            f"Corrected vector in body axes = Rᵀ {reading}. R transforms vectors from body to "
-            "sensor axes; the misalignment is its rotation vector."
+            f"Corrected vector in body axes = Rᵀ {reading}. R = exp([θ×]) transforms vectors from "
+            "body to sensor axes; θ is the misalignment [rad]."
         )
     elif "bias" in states:
         lines.append(f"Corrected vector = {reading}.")
@@ -274,8 +274,8 @@ def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
             "(x, y) [rad]."
         )
     lines.append(
-        'For the satellite: "corrections" in calibration.json, with the matrices and with biases '
-        "in the units of the readings."
+        'Corrections to upload: "corrections" in calibration.json, which --out DIR writes, with '
+        "the matrices and with biases in the units of the readings."
     )
     return tuple(lines)
 

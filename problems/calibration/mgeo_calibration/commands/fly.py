@@ -121,8 +121,8 @@ def print_simulation(
         f"{np.isfinite(values).all(axis=1).sum()} of {name}" for name, values in readings.items()
     )
     output.print_title(
-        f"Simulated {format_duration(telemetry.times[-1])} with the {simulator} simulator: "
-        f"{len(telemetry.times)} samples."
+        f"Simulated {format_duration(telemetry.times[-1])}, the duration of the scenario, with the "
+        f"{simulator} simulator: {len(telemetry.times)} samples."
     )
     output.print_text(f"Readings: {', '.join(counts)}.")
     output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
@@ -132,11 +132,14 @@ def print_simulation(
     if plan.scenario.is_magnetorquer_driven:
         notes.append("Magnetorquers are commanded as planned; no controller corrects the attitude.")
     elif simulator == "kinematic":
-        notes.append("The planned rates are executed exactly, so that the initial error remains.")
+        after = "" if plan.slew_back else " After the plan, its last rates continue."
+        notes.append(
+            f"The planned rates are executed exactly, so that the initial error remains.{after}"
+        )
     else:
         notes.append(
-            "The controller follows the attitude integrated from the gyro, whose errors add to the "
-            "initial error."
+            "The controller knows the attitude only from integrated gyro rates, whose errors add "
+            "to the initial error."
         )
     if plan.scenario.path_constraints:
         notes.append("Angles of path constraints exclude the margin for the attitude error.")

@@ -112,8 +112,8 @@ def build_sections(
         )
     if len(guidance):
         note = (
-            "A controller follows the plan with an attitude that is integrated from the gyro and "
-            "begins with the initial attitude error. These runs have no part in the verdict. "
+            "The controller knows the attitude only from integrated gyro rates, starting from an "
+            "estimate with the initial attitude error. These runs have no part in the verdict. "
             f"maneuvers.max_rate_deg_s = {plan.scenario.maneuvers.max_rate_deg_s:g} limits the "
             "rate of the plan about each axis."
         )
