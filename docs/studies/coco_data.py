@@ -14,7 +14,7 @@ import cocoex
 import joblib
 
 from mgeo.benchmarks.coco import CocoProblem
-from mgeo.studies.comparison_files import format_folder_name
+from mgeo.studies.comparison_files import format_folder_names
 from mgeo.studies.run import Task, record_run
 from mgeo.studies.study_file import read_study
 
@@ -55,7 +55,7 @@ class ObservedProblem(CocoProblem):
 def log_run(problem, algorithm, label, n_eval, seed, folder):
     """Make one run and log it into a folder of its own below `folder`."""
     name = f"{problem.name().replace(' ', '-')}-seed{seed}"
-    place = folder.absolute() / format_folder_name(label) / name
+    place = folder.absolute() / name
     return record_run(Task(ObservedProblem(problem, place, label, n_eval), algorithm, n_eval, seed))
 
 
@@ -66,12 +66,14 @@ def main():
     parser.add_argument("--jobs", type=int, default=-1, help="processes; -1: one per processor")
     given = parser.parse_args()
     study = read_study(given.study)
+    folders = format_folder_names(algorithm.label for algorithm in study.algorithms)
     calls = []
     for configuration in study.problems:
         problem = configuration.build()
         n_eval, _ = study.compute_budget(problem)
         for algorithm, seed in product(study.algorithms, study.seeds):
-            run = problem, algorithm.build(problem), algorithm.label, n_eval, seed, given.folder
+            folder = given.folder / folders[algorithm.label]
+            run = problem, algorithm.build(problem), algorithm.label, n_eval, seed, folder
             calls.append(joblib.delayed(log_run)(*run))
     joblib.Parallel(given.jobs, verbose=1)(calls)
 

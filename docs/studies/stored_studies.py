@@ -11,7 +11,7 @@ import pandas as pd
 from mgeo.runs.registry import ALGORITHMS
 from mgeo.studies import Comparison, Study, read_comparison, read_study
 from mgeo.studies.aggregation import compute_average_ranks
-from mgeo.studies.comparison_files import format_folder_name
+from mgeo.studies.comparison_files import select_problem_folders
 
 HERE = Path(__file__).parent
 #: Algorithm with which the studies compare all others.
@@ -77,10 +77,7 @@ def _rename(comparison: Comparison) -> Comparison:
 
 def locate_results(name: str, study: Study) -> dict[str, Path]:
     """Return the folder with the results of each problem, by label."""
-    data = HERE / "data" / name
-    if len(study.problems) == 1:
-        return {study.problems[0].label: data}
-    return {case.label: data / format_folder_name(case.label) for case in study.problems}
+    return select_problem_folders(HERE / "data" / name, [case.label for case in study.problems])
 
 
 def load_values(name: str) -> pd.DataFrame:

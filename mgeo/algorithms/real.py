@@ -59,8 +59,11 @@ class RealVectors(IndependentWalkers, ABC):
 
         Returns
         -------
-        array that broadcasts to (n_groups, group_size)
-            Standard deviations, in the order of `build_layout`.
+        array that broadcasts to (n_walkers, n_groups, group_size)
+            Standard deviations; the last two axes are those of `build_layout`. `MGEOReal` has one
+            group with a candidate per variable, so that the shape is (n_var,) for equal values of
+            all walkers and (n_walkers, 1, n_var) otherwise. `MGEOReal2` has a group of `n_steps`
+            candidates per variable: (n_var, n_steps) or (n_walkers, n_var, n_steps).
         """
 
     def build_encoding(self, problem: Problem) -> RealEncoding:
@@ -76,6 +79,14 @@ class RealVectors(IndependentWalkers, ABC):
         noise = np.array([self.law.draw(stream, steps.shape) for stream in self.streams])
         xl, xu = self.variables.xl, self.variables.xu
         sigma = self.compute_step_sigmas(np.broadcast_to(self.sigma, xl.shape))
+        try:
+            sigma = np.broadcast_to(sigma, noise.shape)
+        except ValueError as error:
+            raise ValueError(
+                f"{type(self).__name__}.compute_step_sigmas returned an array of shape "
+                f"{np.shape(sigma)}: expected a shape that broadcasts to {noise.shape}, the number "
+                "of walkers, of groups, and of candidates per group"
+            ) from error
         return perturb(
             self.walkers[:, steps],
             noise,

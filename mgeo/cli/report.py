@@ -109,7 +109,7 @@ def report(
     )
     from mgeo.store.atomic import write_file, write_files
     from mgeo.store.run_folder import REPORT_FILE, STUDY_FILE
-    from mgeo.studies.comparison_files import format_folder_name, read_comparisons
+    from mgeo.studies.comparison_files import format_folder_names, read_comparisons
     from mgeo.studies.report import draw_study_figures
 
     output = Output(quiet, json)
@@ -149,9 +149,12 @@ def report(
     output.print_title(f"Report of {' and '.join(map(str, sources))}")
     written = {str(path): f"page for any browser, {len(page) / 1e6:.1f} MB"} if page else {}
     if files:
-        written[str(folder)] = f"{len(files)} figures"
+        written[str(folder)] = (
+            f"{len(figures)} figure{'s' if len(figures) > 1 else ''} as "
+            f"{' and '.join(map(str.upper, formats))}"
+        )
     elif is_study:
-        prefixes = "|".join(re.escape(f"{format_folder_name(label)}-") for label in comparisons)
+        prefixes = "|".join(f"{name}-" for name in format_folder_names(comparisons).values())
         names = dict.fromkeys(re.sub(rf"^({prefixes})", "", name) for name in figures)
         written[str(path)] = "report of the study"
         output.print_text(f"Names for --figure: {', '.join(names)}.")

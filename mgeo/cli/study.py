@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -104,10 +105,12 @@ def study(
         if dry_run:
             from mgeo.cli.dry_run import print_study_size
             from mgeo.plugins.problems import is_class_path
+            from mgeo.studies.plan import check_study_folder
 
             problems = {
                 p.label: p.build() for p in definition.problems if not is_class_path(p.name)
             }
+            check_study_folder(folder, definition.build_plan(), resume=resume)
             print_study_size(definition, problems, folder, output)
             labeled_names = [(p.label, p.name) for p in definition.problems]
             labeled_names += [(a.label, a.name) for a in definition.algorithms]
@@ -183,7 +186,10 @@ def _print_results(
     figure = "ranks" if len(comparisons) > 1 else "anytime"
     imports = format_problem_options(p.name for p in study.problems)
     command = f"mgeo report {folder} --figure {figure} --paper{imports}"
-    output.print_commands({"Draw a figure for a paper": command})
+    commands = {"Draw a figure for a paper": command}
+    if find_spec("kaleido") is None:
+        commands = {"Install the export of figures": "pip install 'mgeo[png]'"} | commands
+    output.print_commands(commands)
     n_failed = sum(_count_runs(each, "failed") for each in comparisons.values())
     if n_failed:
         output.print_note(f"{n_failed} runs failed; --resume repeats them")

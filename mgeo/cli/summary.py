@@ -51,7 +51,7 @@ def print_summary(run: Run, view: View, folder: Path, output: Output) -> None:
         return
     outcome = run.outcome
     front = summarize_front(view) if len(outcome.F) else None
-    infeasibility = explain_infeasibility(view) if outcome.nearest else None
+    infeasibility = explain_infeasibility(view, outcome.n_evaluations) if outcome.nearest else None
     warnings = [*(front.warnings if front else []), *_list_run_warnings(outcome)]
     files = [name for name in RUN_FILES if (folder / name).exists()]
     summary: RunSummary = {

@@ -165,6 +165,7 @@ def format_for_print(figure: go.Figure) -> go.Figure:
         "tickfont": _PRINT_FONT,
         "title": {"font": _PRINT_FONT, "standoff": 4},
         "ticklen": 3,
+        "ticklabeloverflow": "allow",  # automargin makes room for a label at the end of the axis.
         "automargin": True,
     }
     printed.update_xaxes(axes).update_yaxes(axes)

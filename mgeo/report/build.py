@@ -174,7 +174,9 @@ def build_report_html(
         heading=heading,
         summary=summary,
         warnings=call_optional(view, View.warnings) if is_feasible else [],
-        infeasibility=explain_infeasibility(view) if run.outcome.nearest else None,
+        infeasibility=(
+            explain_infeasibility(view, run.outcome.n_evaluations) if run.outcome.nearest else None
+        ),
         folder=folder.resolve().name,
         run=run,
         configuration=run.configuration,

@@ -324,7 +324,8 @@ class InfeasibilityReport:
     violations : tuple of Violation
         Constraints that the nearest solutions violate.
     suggestions : tuple of str
-        Suggestions of the problem, followed by sets of constraints to relax, smallest sets first.
+        Suggestions of the problem, or else a longer search if the search was short; then sets of
+        constraints to relax, smallest sets first.
     """
 
     violations: tuple[Violation, ...]
@@ -354,18 +355,23 @@ class InfeasibilityReport:
         return table.drop(columns=empty + ([] if has_units else ["unit"]))
 
 
-def explain_infeasibility(view: View) -> InfeasibilityReport:
+def explain_infeasibility(view: View, n_evaluations: int) -> InfeasibilityReport:
     """Report which constraints the solutions of a view violate, and suggest remedies.
 
     Parameters
     ----------
     view : View
         View of at least one infeasible solution.
+    n_evaluations : int
+        Number of evaluations of the search. A search is short if it has fewer than half of the
+        evaluations that are the default without recommended settings of the problem.
 
     Returns
     -------
     InfeasibilityReport
     """
+    from mgeo.algorithms.base import DEFAULT_WALKER_GENERATIONS  # The import is slow.
+
     # If all constraints reported by the problem are satisfied, use the constraint functions.
     pairs = zip(list_constraint_margins(view), _parse_margins(View.constraints(view)), strict=True)
     rows = [
@@ -385,6 +391,9 @@ def explain_infeasibility(view: View) -> InfeasibilityReport:
         Violation(max(margins, key=lambda m: m.margin), len(margins), len(rows))
         for margins in by_name.values()
     )
-    smallest = list(relaxations.values())[:_MAX_RELAXATIONS]
-    suggestions = (*call_optional(view, View.suggestions), *smallest)
-    return InfeasibilityReport(tuple(violations), suggestions)
+    suggestions = list(call_optional(view, View.suggestions))
+    default = DEFAULT_WALKER_GENERATIONS * view.problem.n_var
+    if not suggestions and n_evaluations < default / 2:
+        suggestions = [f"Search longer, for example with --evaluations {default}."]
+    suggestions += list(relaxations.values())[:_MAX_RELAXATIONS]
+    return InfeasibilityReport(tuple(violations), tuple(suggestions))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Collection, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,7 @@ TABLE_FILE, RUNS_FILE, FRONTS_FILE = "table.csv", "runs.csv", "fronts.csv"
 PROVENANCE_FILE = "provenance.json"
 
 _MAX_NAME_LENGTH = 60  # Maximum length of a folder name without the unique suffix.
-_RESERVED_NAMES = ("runs",)  # The folder of a study uses these names for other content.
+_RESERVED_NAMES = ("", "runs")  # The folder of a study uses the name runs for other content.
 
 
 def write_comparison(
@@ -191,7 +192,7 @@ def read_comparisons(
         raise FileNotFoundError(f"{folder} holds no study: there is no {PLAN_FILE}")
     plan = read_json(path)
     labels = list(plan.get("problems", ())) if isinstance(plan, dict) else []
-    folders = {label: select_problem_folder(folder, label, len(labels)) for label in labels}
+    folders = select_problem_folders(folder, labels)
     finished = {
         label: path for label, path in folders.items() if (path / PROVENANCE_FILE).is_file()
     }
@@ -203,26 +204,33 @@ def read_comparisons(
     }
 
 
-def select_problem_folder(folder: Path, label: str, n_problems: int) -> Path:
-    """Return the folder with the results of one problem of a study.
+def select_problem_folders(folder: Path, labels: Collection[str]) -> dict[str, Path]:
+    """Return the folder with the results of each problem of a study, by label.
 
-    The results are in the folder of the study if it has one problem, otherwise in a subfolder.
+    The results are in the folder of the study if it has one problem, otherwise in subfolders.
     """
-    return folder if n_problems == 1 else folder / format_folder_name(label)
+    if len(labels) == 1:
+        return dict.fromkeys(labels, folder)
+    return {label: folder / name for label, name in format_folder_names(labels).items()}
 
 
-def format_folder_name(label: str) -> str:
-    """Convert a label to a valid folder name, distinct for each label.
+def format_folder_names(labels: Iterable[str]) -> dict[str, str]:
+    """Convert labels to distinct folder names, and return the names by label.
 
-    In labels that consist only of lower-case words, digits and underscores, spaces are replaced by
-    hyphens. In other labels, further characters are replaced as well, and the name ends in ``~``
-    and eight hexadecimal digits of a hash.
+    The names consist of lower-case letters, digits, hyphens and underscores. Names that would be
+    equal end in eight hexadecimal digits of a hash.
     """
-    is_plain = re.fullmatch(r"[a-z0-9_]+( [a-z0-9_]+)*", label) and len(label) <= _MAX_NAME_LENGTH
-    if is_plain and label not in _RESERVED_NAMES:
-        return label.replace(" ", "-")
-    readable = re.sub(r"[\W-]+", "-", label.lower())[:_MAX_NAME_LENGTH].strip("-") or "problem"
-    return f"{readable}~{hashlib.sha256(label.encode()).hexdigest()[:8]}"
+    names = {
+        label: re.sub(r"[^a-z0-9_]+", "-", label.lower())[:_MAX_NAME_LENGTH].strip("-")
+        for label in labels
+    }
+    counts = Counter([*names.values(), *_RESERVED_NAMES])
+    return {
+        label: name
+        if counts[name] == 1
+        else f"{name}-{hashlib.sha256(label.encode()).hexdigest()[:8]}".lstrip("-")
+        for label, name in names.items()
+    }
 
 
 def _load_problem(description: Mapping[str, Any], trusted_classes: Collection[str]) -> Problem:

@@ -56,21 +56,31 @@ def format_conclusions(comparison: Comparison, control: str | None = None) -> li
     }
     differences = [f"{text} {join_names(names)}" for text, names in groups.items() if len(names)]
     sentences = [
-        f"{first} ranks first by {title}, followed by {second}.",
+        f"{first} ranks first by {title} (mean rank of its runs among all runs), followed by "
+        f"{second}.",
         f"{first} is {'; '.join(differences)}.",
     ]
-    others = {i.title: comparison.rank_algorithms(i.name)[0] for i in comparison.indicators[1:]}
-    if confirming := [title for title, best in others.items() if best == first]:
-        sentences.append(f"{first} also ranks first by {join_names(confirming)}.")
+    significant, insignificant = [], []
     for indicator in comparison.indicators[1:]:
-        best = others[indicator.title]
+        best = comparison.rank_algorithms(indicator.name)[0]
+        result = compare_with_rivals(comparison, first, indicator.name, is_control=is_control)
         if best != first:
-            result = compare_with_rivals(comparison, first, indicator.name, is_control=is_control)
             extent = "" if result.loc[best, "result"] == "behind" else "not "
             sentences.append(
                 f"{best} ranks first by {indicator.title}, {extent}significantly better than "
                 f"{first}."
             )
+        elif result["result"].eq("ahead").all():
+            significant.append(indicator.title)
+        else:
+            insignificant.append(indicator.title)
+    if significant:
+        sentences.append(
+            f"{first} also ranks first by {join_names(significant)}, significantly better than "
+            "every other algorithm."
+        )
+    if insignificant:
+        sentences.append(f"{first} also ranks first by {join_names(insignificant)}.")
     for part in comparison.part_indicators:
         result = compare_with_rivals(comparison, first, part.name, is_control=is_control)
         names = result.index[result["result"] == "behind"]
@@ -177,7 +187,7 @@ def _format_summary(
     averages = {str(label): f"{rank:.2f}" for label, rank in ranks["average_rank"].items()}
     results = pairs.groupby("problem", sort=False)["result"].agg(set).to_dict()
     n_best = int(ranks["best_on"][name])
-    n_ahead = sum(found == {"ahead"} for found in results.values())
+    ahead = [str(label) for label, found in results.items() if found == {"ahead"}]
     behind = [str(label) for label, found in results.items() if "behind" in found]
     sentences = [
         f"{name} has the {format_criterion(comparisons)} on {n_best} of "
@@ -187,10 +197,10 @@ def _format_summary(
         else f"{best} has the best average rank: {averages[best]}, against {averages[name]} of "
         f"{name}.",
     ]
-    if n_ahead:
+    if ahead:
         sentences.append(
-            f"{name} is significantly better than every other algorithm on {n_ahead} of "
-            f"{len(comparisons)} problems."
+            f"{name} is significantly better than every other algorithm on {len(ahead)} of "
+            f"{len(comparisons)} problems: {join_names(ahead, 3)}."
         )
     if behind:
         sentences.append(

@@ -24,7 +24,7 @@ from mgeo.studies.arguments import (
     label_algorithms,
 )
 from mgeo.studies.comparison import Comparison, ComparisonWarning, FailedRunsWarning
-from mgeo.studies.comparison_files import format_folder_name, write_comparison
+from mgeo.studies.comparison_files import format_folder_names, write_comparison
 from mgeo.studies.indicators import (
     NoFeasibleSolutionError,
     build_indicator_rows,
@@ -272,9 +272,8 @@ class Experiment:
         files: dict[RunKey, Path] = {}
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
-            files = {
-                (name, s): folder / f"{format_folder_name(name)}-seed{s}.npz" for name, s in tasks
-            }
+            names = format_folder_names(self.algorithms)
+            files = {(label, s): folder / f"{names[label]}-seed{s}.npz" for label, s in tasks}
         results: dict[RunKey, RunResult] = {}
         for key in reusable_keys if self.resume else ():
             with suppress(FileNotFoundError):

@@ -57,22 +57,36 @@ def lock_study(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> Iterat
     ValueError
         If the folder contains a study with another plan, or another process uses the folder.
     """
-    path, content = folder / PLAN_FILE, encode_json(plan)
+    path = folder / PLAN_FILE
     folder.mkdir(parents=True, exist_ok=True)
     with lock_folder(folder):
+        check_study_folder(folder, plan, resume=resume)
         if not path.exists():
-            write_file(path, content)
-        elif not resume:
-            raise FileExistsError(
-                f"{folder} contains a study: continue it with --resume (resume=True in Python), "
-                "read it with read_comparison, or choose another folder"
-            )
-        elif difference := describe_difference(read_json(path), json.loads(content)):
-            raise ValueError(
-                f"{folder} contains another study: {difference}; to resume a study, its names, "
-                "options, parameters, seeds, evaluations and versions must be unchanged"
-            )
+            write_file(path, encode_json(plan))
         yield
+
+
+def check_study_folder(folder: Path, plan: Mapping[str, Any], *, resume: bool) -> None:
+    """Raise an error if a folder contains a study that must not or cannot be resumed.
+
+    Parameters and errors are as for `lock_study`. Stored values whose keys are not in `plan` are
+    not compared: a dry run does not determine the versions, because this imports modules.
+    """
+    path = folder / PLAN_FILE
+    if not path.exists():
+        return
+    if not resume:
+        raise FileExistsError(
+            f"{folder} contains a study: continue it with --resume (resume=True in Python), "
+            "read it with read_comparison, or choose another folder"
+        )
+    stored, current = read_json(path), json.loads(encode_json(plan))
+    compared = {key: value for key, value in stored.items() if key in current}
+    if difference := describe_difference(compared, current):
+        raise ValueError(
+            f"{folder} contains another study: {difference}; to resume a study, its names, "
+            "options, parameters, seeds, evaluations and versions must be unchanged"
+        )
 
 
 def describe_algorithm(algorithm: Algorithm) -> dict[str, Any]:

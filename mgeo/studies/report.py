@@ -15,7 +15,7 @@ from mgeo.studies.aggregation import (
     compute_runtime_distribution,
 )
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.comparison_files import format_folder_name
+from mgeo.studies.comparison_files import format_folder_names
 from mgeo.studies.conclusions import (
     format_conclusions,
     format_control_table,
@@ -106,6 +106,7 @@ def render_study_page(
     """
     summary = summarize_study(comparisons, study.control)
     problems = build_study_table(comparisons).table
+    folders = format_folder_names(p.label for p in study.problems)
     page = render(
         "studies/assets/summary.html",
         study=study,
@@ -123,7 +124,7 @@ def render_study_page(
         problems=problems,
         ranks=build_budget_table(ranks, study),
         links={
-            row: f"{format_folder_name(label)}/{REPORT_FILE}"
+            row: f"{folders[label]}/{REPORT_FILE}"
             for row, label in zip(problems.index, comparisons, strict=True)
         },
     )
@@ -155,8 +156,9 @@ def draw_study_figures(
     """
     all_figures = _draw_aggregate_figures(comparisons) if len(comparisons) > 1 else {}
     full_names = {name: [name] for name in all_figures}
+    folders = format_folder_names(comparisons)
     for label, comparison in comparisons.items():
-        prefix = f"{format_folder_name(label)}-" if len(comparisons) > 1 else ""
+        prefix = f"{folders[label]}-" if len(comparisons) > 1 else ""
         figures = comparison.draw_figures()
         for indicator in comparison.indicators[1:]:
             figures[f"anytime-{indicator.name}"] = draw_anytime_curves(comparison, indicator.name)

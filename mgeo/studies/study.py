@@ -19,7 +19,7 @@ from mgeo.studies.aggregation import (
 )
 from mgeo.studies.arguments import expand_grid
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.comparison_files import select_problem_folder, write_comparison
+from mgeo.studies.comparison_files import select_problem_folders, write_comparison
 from mgeo.studies.conclusions import build_test_table, format_published_table, list_warnings
 from mgeo.studies.execute import RUNS_FOLDER, Experiment
 from mgeo.studies.indicators import NoFeasibleSolutionError, validate_space_arguments
@@ -101,9 +101,7 @@ def run_study(
     (['zdt1'], True)
     """
     folder = Path(folder)
-    problem_folders = {
-        p.label: select_problem_folder(folder, p.label, len(study.problems)) for p in study.problems
-    }
+    problem_folders = select_problem_folders(folder, [p.label for p in study.problems])
     run_options = {"resume": resume, "n_jobs": n_jobs, "progress": progress}
     experiments = _build_experiments(study, problem_folders, run_options)
     objects = [x for e in experiments.values() for x in (e.problem, *e.algorithms.values())]

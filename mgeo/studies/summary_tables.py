@@ -19,6 +19,7 @@ from mgeo.studies.conclusions import (
 from mgeo.studies.statistics import SIGNIFICANCE_LEVEL
 from mgeo.studies.study_file import Study
 
+_ZERO_HYPERVOLUME = "Hypervolume 0: no point of the front dominates the reference point."
 _MAX_BUDGETS = 5  # maximum number of rows of `build_budget_table` for each number of variables
 
 
@@ -48,7 +49,7 @@ def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummar
         f"Ranks over {len(comparisons)} problems",
         table=table.rename_axis("algorithm"),
         note=f"Average rank: 1 for the {format_criterion(comparisons)} on a problem, averaged over "
-        f"the problems.{_describe_zero_hypervolume(comparisons)}\n"
+        f"the problems.{_describe_zero_ranks(comparisons)}\n"
         "Best on: number of problems on which the algorithm ranks first, alone or tied.\n"
         "Better, equal, worse: number of problems on which the algorithm is significantly better "
         f"than, not significantly different from, and significantly worse than {name} "
@@ -58,12 +59,18 @@ def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummar
     )
 
 
-def _describe_zero_hypervolume(comparisons: Mapping[str, Comparison]) -> str:
-    has_zeros = any(
-        (c.select_final_rows().get("hypervolume", pd.Series([1.0])) == 0.0).any()
-        for c in comparisons.values()
+def _describe_zero_ranks(comparisons: Mapping[str, Comparison]) -> str:
+    if not any(map(_has_zero_hypervolume, comparisons.values())):
+        return ""
+    return (
+        " For the ranks and p, runs of zero hypervolume are compared by their additive epsilon; "
+        f"the tests on a single problem treat them as equal. {_ZERO_HYPERVOLUME}"
     )
-    return " Runs of zero hypervolume rank by their additive epsilon." if has_zeros else ""
+
+
+def _has_zero_hypervolume(comparison: Comparison) -> bool:
+    final = comparison.select_final_rows()
+    return "hypervolume" in final and bool((final["hypervolume"] == 0.0).any())
 
 
 def _describe_smallest_p(summary: StudySummary, n_problems: int) -> str:
@@ -171,10 +178,17 @@ def build_result_table(comparison: Comparison) -> Section:
     titles = [indicator.title for indicator in comparison.indicators]
     if overview["runs"].nunique() > 1:
         titles.insert(0, "runs")
+    note = (
+        "Mean ± standard deviation of the runs.\n"
+        f"Order of the rows: mean rank of the runs by {comparison.select_indicator().title}, among "
+        "the runs of all algorithms. It can differ from the order of the means."
+    )
+    if _has_zero_hypervolume(comparison):
+        note += f"\n{_ZERO_HYPERVOLUME}"
     return Section(
         f"Indicators after {comparison.n_eval:,} evaluations",
         table=overview.loc[order, titles].rename_axis("algorithm"),
-        note="Mean ± standard deviation of the runs.",
+        note=note,
     )
 
 

@@ -111,6 +111,7 @@ def _build_curve(
     band = go.Scatter(
         x=np.concatenate([x, x[::-1]]),
         y=np.concatenate([high, low[::-1]]),
+        mode="none",
         fill="toself",
         fillcolor=style.format_color(0.18),
         line={"width": 0},

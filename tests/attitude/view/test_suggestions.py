@@ -42,7 +42,7 @@ def test_unobservable_error_is_named_as_cause(required, expected):
     """A misalignment of the gyro rotates with the body, so that attitude and sensors hide it."""
     problem = build_problem(required, gyro={"initial_misalignment_deg": 0.08})
     X = random_designs(problem, 6, 1200.0)
-    suggestion, *relaxations = explain_infeasibility(problem.view(X)).suggestions
+    suggestion, *relaxations = explain_infeasibility(problem.view(X), 960).suggestions
     assert re.match(expected, suggestion), suggestion
     assert relaxations[0].startswith("Relax 1-sigma of")
     # With half of that error, the required 1-sigma is clearly smaller.

@@ -4,6 +4,10 @@ import json
 import re
 from pathlib import Path
 
+import pytest
+
+from mgeo.studies.study_file import read_study
+
 from .test_json import STUDY
 
 
@@ -53,3 +57,21 @@ def test_dry_run_of_study_describes_the_study_and_writes_nothing(mgeo):
     assert [path.name for path in Path().iterdir()] == ["one.toml"]
     assert document["n_runs"] == 4
     assert document["problems"]["cantilever"]["objectives"] == ["mass [kg]", "deflection [m]"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "Error: studies/one contains a study: continue it with --resume "),
+        (["--resume", "--seeds", 1], "Error: studies/one contains another study: seeds = [1], "),
+        (["--resume"], ""),
+    ],
+)
+def test_dry_run_of_study_checks_the_folder(mgeo, options, message):
+    Path("one.toml").write_text(STUDY)
+    plan = read_study(Path("one.toml")).build_plan() | {"versions": {"mgeo": "0.1"}}
+    Path("studies/one").mkdir(parents=True)
+    Path("studies/one/study.json").write_text(json.dumps(plan))
+    done = mgeo("study", "one.toml", "--dry-run", *options)
+    assert done.exit_code == (2 if message else 0)
+    assert done.stderr.startswith(message)

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 
 from mgeo.figures.style import HOVER_HINT, apply_style, format_for_print
-from mgeo.report.static import draw_run_figures, prepare_figures
+from mgeo.report.static import draw_run_figures, export_figures, prepare_figures
 
 from ...browser import find_browser
 from .conftest import mgeo
@@ -91,3 +91,12 @@ def test_figure_for_a_paper_is_a_column_wide_without_controls():
     assert printed.layout.font.size * 0.75 == pytest.approx(8.0, abs=0.1)  # points
     assert printed.data[0].marker.size == 6.0
     assert figure.data[0].marker.size == 10  # The original figure is unchanged.
+
+
+@pytest.mark.slow
+def test_printed_axis_has_a_label_at_its_end():
+    find_browser()
+    figure = go.Figure(go.Scatter(x=[0, 3000], y=[0, 1], mode="lines"))
+    figure = apply_style(figure, "", "").update_xaxes(tickformat=",d")
+    files = export_figures(prepare_figures({"line": figure}, paper=True), ["svg"])
+    assert b">3,000</text>" in files["line.svg"]

@@ -68,7 +68,8 @@ def test_feasible_run_has_no_nearest_solutions():
 
 def test_suggested_relaxation_is_sufficient_and_has_units():
     nearest = solve(TooHighColumn(), NSGA2(pop_size=20), 200, seed=2).nearest
-    report = explain_infeasibility(build_view(TooHighColumn(), nearest.X, nearest.F))
+    view = build_view(TooHighColumn(), nearest.X, nearest.F)
+    report = explain_infeasibility(view, 10_000)
     required = nearest.X[0, 0] - 2.0
     table = report.build_table()
     assert table["violation"].to_dict() == {"height": required}
@@ -76,6 +77,9 @@ def test_suggested_relaxation_is_sufficient_and_has_units():
     (suggestion,) = report.suggestions
     value = float(re.search(r"height by (\S+) m", suggestion)[1])
     assert required <= value < 1.01 * required
+    first, *others = explain_infeasibility(view, 200).suggestions
+    assert "--evaluations" in first
+    assert tuple(others) == report.suggestions
 
 
 class TooHighColumn(ColumnWithView):

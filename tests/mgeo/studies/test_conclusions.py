@@ -69,6 +69,18 @@ def test_conclusions_report_parts_where_best_algorithm_is_worse():
     assert parts_table.loc["B", "hypervolume, f1 from 3: A"] == "1.000"
 
 
+def test_conclusions_say_by_which_further_indicators_the_difference_is_significant():
+    steps = np.arange(8) / 1000
+    result = build_final_comparison({"A": 0.60 + steps, "B": 0.55 + steps})
+    result.table["epsilon"] = 0.1 * (
+        result.table["seed"] + 0.1 * (result.table["algorithm"] == "B")
+    )
+    _, _, significant, insignificant = format_conclusions(result)
+    assert "IGD+, significantly better" in significant
+    assert "additive epsilon" in insignificant
+    assert "significant" not in insignificant
+
+
 def test_one_good_run_of_ten_does_not_rank_first():
     result = build_final_comparison(
         {"always": 0.50 + 0.001 * np.arange(10), "once": [0.0] * 9 + [0.9]}
@@ -130,6 +142,28 @@ def test_study_summary_counts_significant_differences_over_problems():
     assert table.loc["B"].tolist()[:5] == ["3.00", "0", "0", "0", "3"]
     behind = build_behind_table(summary)
     assert behind.table.reset_index().to_numpy().tolist()[0][:3] == ["three", "A", "0.00"]
+
+
+def test_conclusions_name_at_most_three_problems_of_significant_differences():
+    comparisons = build_three_problems()
+    only_one = summarize_study(comparisons, "C").conclusions
+    assert any(text.endswith("1 of 3 problems: one.") for text in only_one)
+    many = {f"p{i}": comparisons["one"] for i in range(5)}
+    assert any("p0, p1, p2 and 2 more" in text for text in summarize_study(many, "C").conclusions)
+
+
+def test_notes_explain_zero_hypervolume_where_it_occurs():
+    steps = np.arange(4) / 1000
+    without, zero = (
+        build_final_comparison({"A": a, "B": 0.5 + steps}) for a in (steps + 0.1, [0.0] * 4)
+    )
+    for comparison in (without, zero):
+        comparisons = {"one": comparison, "two": comparison}
+        notes = [
+            build_result_table(comparison).note,
+            build_rank_table(comparisons, summarize_study(comparisons)).note,
+        ]
+        assert ["reference point" in note for note in notes] == [comparison is zero] * 2
 
 
 def test_note_of_ranks_says_if_no_difference_can_be_significant():

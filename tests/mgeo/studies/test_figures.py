@@ -36,6 +36,7 @@ def test_curve_is_mean_of_runs_inside_its_band():
         high, low = band.y[1], band.y[2]
         assert min(VALUES[name]) <= low < line.y[1] < high <= max(VALUES[name])
         assert f"<b>{name}</b>" in line.hovertemplate
+        assert band.mode == "none"  # The band has no markers.
     assert figure.layout.yaxis.type == "linear"
     assert draw_anytime_curves(build_comparison(), "igd_plus").layout.yaxis.type == "log"
 

@@ -157,7 +157,7 @@ def test_study_of_single_objective_problems(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("without_figures")
-def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path):
+def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path, monkeypatch):
     small = ("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)
     outcome = run_command(*small)
     assert outcome.exit_code == 0, outcome.output
@@ -169,7 +169,11 @@ def test_command_continues_a_study_only_with_resume_option(run_command, tmp_path
     assert refused.exit_code == 2
     (line,) = refused.stderr.splitlines()
     assert line.startswith("Error: studies/mine contains a study: continue it with --resume ")
-    assert "cantilever: reused 4 of 4 runs" in run_command(*small, "--resume").stderr
+    assert "mgeo[png]" not in outcome.stdout
+    monkeypatch.setattr("mgeo.cli.study.find_spec", lambda name: None)
+    resumed = run_command(*small, "--resume")
+    assert "cantilever: reused 4 of 4 runs" in resumed.stderr
+    assert "pip install 'mgeo[png]'" in resumed.stdout
     other = run_command(*small[:-1], 80, "--resume")
     assert other.exit_code == 2
     assert "contains another study: evaluations = 80, expected 60" in other.stderr
