@@ -57,9 +57,10 @@ def test_violating_plan_is_rejected_without_force(run, violating, tmp_path):
 
 @pytest.mark.parametrize("slew_back", [False, True])
 def test_final_rate_is_reported_unless_the_plan_slews_back(run, tmp_path, slew_back):
-    maneuvers = {"slew_back": slew_back}
+    maneuvers = {"slew_back": slew_back, "max_acceleration_deg_s2": 0.1}
     table = {"preset": "cubesat_6u", "duration": 600.0, "maneuvers": maneuvers}
-    plan = ManeuverPlan(Scenario.from_dict(table), (0.3, 0.0, 0.4, 60.0) * 6)
+    design = (*(0.0, 0.0, 0.0, 60.0) * 5, 0.3, 0.0, 0.4, 0.0)  # The plan ends with a ramp.
+    plan = ManeuverPlan(Scenario.from_dict(table), design)
     write_plan(plan, tmp_path / "plan.json")
     done = run("export", tmp_path / "plan.json", tmp_path / "plan.csv", "--json")
     found = [line for line in json.loads(done.stdout)["warnings"] if "slew_back" in line]

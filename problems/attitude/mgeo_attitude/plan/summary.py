@@ -65,7 +65,7 @@ def list_warnings(plan: ManeuverPlan) -> list[str]:
 
 def warn_of_final_rate(plan: ManeuverPlan) -> list[str]:
     """Return a warning if a plan ends with a body rate, without a slew back."""
-    rate = math.hypot(*plan.phases[-1].rates_deg_s)
+    rate = math.hypot(*plan.phases[-1].commanded_deg_s)
     if plan.slew_back or plan.scenario.is_magnetorquer_driven or not rate:
         return []
     return [
