@@ -52,6 +52,18 @@ def format_key(title: str) -> str:
     return f"in_{key}" if key[:1].isdigit() else key
 
 
+def format_key_title(key: str) -> str:
+    """Convert a JSON key to a column title, with the unit percent in brackets.
+
+    Examples
+    --------
+    >>> format_key_title("in_90_percent_of_runs"), format_key_title("steered_runs_percent")
+    ('90 % of runs', 'steered runs [%]')
+    """
+    text = re.sub(r"^in_(?=\d)", "", key)
+    return re.sub("_percent$", " [%]", text).replace("percent", "%").replace("_", " ")
+
+
 def format_column(
     values: Sequence[object], decimals: int | None = None, digits: int = 3
 ) -> list[str]:

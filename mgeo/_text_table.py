@@ -41,7 +41,8 @@ def format_section(section: Section, width: int = TEXT_WIDTH) -> Iterator[tuple[
             yield "head", f"\n{head}" if i else head
             yield "rows", rows
         if n_more := len(section.table) - len(shown):
-            notes.insert(0, f"And {n_more} more row{'' if n_more == 1 else 's'}.")
+            command = f"; {section.full_command} has all" if section.full_command else ""
+            notes.insert(0, f"And {n_more} more row{'' if n_more == 1 else 's'}{command}.")
     for line in notes:
         yield "note", wrap_item(line, width)
 

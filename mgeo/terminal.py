@@ -140,13 +140,19 @@ def reserve_stdout() -> Iterator[None]:
         _stdout_stack.pop()
 
 
+class _Console(Console):
+    def on_broken_pipe(self) -> None:
+        """Discard further output, so that the command ends with its own exit code."""
+        os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
+
+
 def build_console(*, stderr: bool = False) -> Console:
     """Return a rich console on stdout or stderr.
 
     Its width is `TEXT_WIDTH` if the stream is not a terminal. The environment variable COLUMNS
     overrides the width.
     """
-    console = Console(stderr=stderr, highlight=False)
+    console = _Console(stderr=stderr, highlight=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = TEXT_WIDTH
     return console

@@ -33,6 +33,7 @@ class CommandGroup(TyperGroup):
         rows = [
             (command.rich_help_panel or "Commands", name, command.get_short_help_str(1000))
             for name, command in commands.items()
+            if not command.hidden
         ]
         options = map(_describe_parameter, self.get_params(ctx))
         rows += [(GENERAL_OPTIONS, names, text) for _, names, text in options]

@@ -33,6 +33,8 @@ class Section:
         Number of decimals for each column title. Other columns have three significant digits.
     max_rows : int, optional
         Maximum number of rows that a terminal shows.
+    full_command : str
+        Command whose output has all rows of the table, such as ``mgeo report``.
     key : str
         Name of the section in options and in JSON output.
     is_detail : bool
@@ -45,6 +47,7 @@ class Section:
     note: str = ""
     decimals: Mapping[str, int] = field(default_factory=dict)
     max_rows: int | None = None
+    full_command: str = ""
     key: str = ""
     is_detail: bool = False
 

@@ -142,7 +142,9 @@ class View:
         table = self.describe().T.set_axis(["value"], axis="columns").rename_axis("quantity")
         sections = {
             "summary": Section("", lines),
-            "values": Section(self.noun.capitalize(), table=table, max_rows=MAX_ROWS),
+            "values": Section(
+                self.noun.capitalize(), table=table, max_rows=MAX_ROWS, full_command="mgeo report"
+            ),
         }
         if len(constraints):
             sections["constraints"] = build_constraint_section(constraints)
@@ -417,7 +419,8 @@ def build_constraint_section(constraints: pd.DataFrame) -> Section:
     n_violated = int((table["margin"] < 0.0).sum())
     state = f"{n_violated} of {len(table)} violated" if n_violated else "satisfied"
     frame = pd.DataFrame(columns | {"margin": table["margin"]}, index=table.index)
-    return Section(f"Constraints ({state})", table=frame, max_rows=MAX_ROWS)
+    title = f"Constraints ({state})"
+    return Section(title, table=frame, max_rows=MAX_ROWS, full_command="mgeo report")
 
 
 def _convert_to_numbers(problem: Problem, X: ArrayLike) -> FloatArray:

@@ -27,6 +27,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
+from mgeo._text import format_key_title, format_number
 from mgeo.figures.page import render
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import call_optional, has_override
@@ -47,7 +48,8 @@ def format_verification_tables(
 ) -> Iterator[tuple[str, list[list[str]]]]:
     """Format each table in a verification file as a title and rows of strings.
 
-    A table is a list of objects with equal keys. The first row contains the keys as column titles.
+    A table is a list of objects with equal keys, from which the column titles in the first row are
+    made. The keys ``bound_type`` and ``bound_value`` become one column. Empty columns are omitted.
 
     Parameters
     ----------
@@ -59,7 +61,14 @@ def format_verification_tables(
             continue
         titles = list(rows[0])
         if all(list(row) == titles for row in rows):
-            yield key.replace("_", " "), format_cells(pd.DataFrame(rows, columns=titles))
+            table = pd.DataFrame(rows, columns=titles)
+            if {"bound_type", "bound_value"} <= set(titles):
+                bounds = table.pop("bound_type") + table.pop("bound_value").map(
+                    " {:.4g}".format, na_action="ignore"
+                )
+                table["bound"] = bounds
+            table = table.dropna(axis="columns", how="all").rename(columns=format_key_title)
+            yield key.replace("_", " ").capitalize(), format_cells(table)
 
 
 def read_verifications(
@@ -185,6 +194,7 @@ def build_report_html(
         F=view.F.tolist(),
         options=json.dumps(run.configuration.options, indent=2, ensure_ascii=False),
         representatives=loaded.representatives,
+        format_number=format_number,
         format_verification_tables=format_verification_tables,
         verifications=list(read_verifications(folder, run, loaded.problem)),
         data=data,

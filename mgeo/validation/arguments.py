@@ -198,12 +198,22 @@ def format_suggestion(value: Any, known: Collection[str]) -> str:
     -------
     str
         Text with all known names that contain the words of `value`, such as ``initial_bias_nt``
-        for ``bias_nt``, or else with the most similar name. Empty if no name is similar.
+        for ``bias_nt``. If there are none, the last of three or more words, usually a unit, is
+        ignored: ``initial_bias_deg_s`` for ``bias_deg_h``. Otherwise the text has the most similar
+        name; it is empty if no name is similar.
     """
     words = _join_words(value)
-    containing = [name for name in known if words and f" {words} " in f" {_join_words(name)} "]
-    close = containing or difflib.get_close_matches(str(value), known, n=1)
+    quantity = words.rpartition(" ")[0] if words.count(" ") > 1 else ""
+    close = (
+        _find_containing(words, known)
+        or _find_containing(quantity, known)
+        or difflib.get_close_matches(str(value), known, n=1)
+    )
     return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
+
+
+def _find_containing(words: str, known: Collection[str]) -> list[str]:
+    return [name for name in known if words and f" {words} " in f" {_join_words(name)} "]
 
 
 def _join_words(name: Any) -> str:

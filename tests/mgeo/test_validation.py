@@ -20,6 +20,11 @@ from mgeo.validation.tables import Table, validate_table
             "; did you mean 'bias_decay' or 'initial_bias_nt'?",
         ),
         ("bias_nt", ["bias_decay", "initial_bias_nt"], "; did you mean 'initial_bias_nt'?"),
+        (
+            "bias_deg_h",
+            ["bias_decay", "initial_bias_deg_s"],
+            "; did you mean 'initial_bias_deg_s'?",
+        ),
         ("orbit", ["gyro", "sensors"], ""),
         (3, ["gyro", "3"], "; did you mean '3'?"),
     ],

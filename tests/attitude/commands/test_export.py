@@ -5,7 +5,8 @@ import math
 
 import brahe.ccsds
 import pytest
-from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
+from mgeo_attitude import Scenario
+from mgeo_attitude.plan import ManeuverPlan, read_json, to_csv, to_uplink_csv, write_plan
 
 
 def test_export_in_several_formats(run, folder, front, tmp_path):
@@ -52,6 +53,19 @@ def test_violating_plan_is_rejected_without_force(run, violating, tmp_path):
     assert read_json(paths[0]) == read_json(violating)
     assert f"# VIOLATED CONSTRAINT: {violation}\nrow," in paths[1].read_text(encoding="utf-8")
     assert f"\nCOMMENT VIOLATED CONSTRAINT: {violation}\n" in paths[2].read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("slew_back", [False, True])
+def test_final_rate_is_reported_unless_the_plan_slews_back(run, tmp_path, slew_back):
+    maneuvers = {"slew_back": slew_back, "max_acceleration_deg_s2": 0.1}
+    table = {"preset": "cubesat_6u", "duration": 600.0, "maneuvers": maneuvers}
+    design = (*(0.0, 0.0, 0.0, 60.0) * 5, 0.3, 0.0, 0.4, 0.0)  # The plan ends with a ramp.
+    plan = ManeuverPlan(Scenario.from_dict(table), design)
+    write_plan(plan, tmp_path / "plan.json")
+    done = run("export", tmp_path / "plan.json", tmp_path / "plan.csv", "--json")
+    found = [line for line in json.loads(done.stdout)["warnings"] if "slew_back" in line]
+    assert len(found) == (0 if slew_back else 1)
+    assert slew_back or "0.50 deg/s" in found[0]
 
 
 def test_files_are_listed_in_json(run, folder, tmp_path):

@@ -59,7 +59,7 @@ def test_accuracy_equals_that_of_the_reference_filter(plan, problem):
 
 def test_equality_depends_on_scenario_and_design(plan, problem):
     same = ManeuverPlan(problem.scenario, DESIGN)
-    assert same == plan
+    assert same == plan == ManeuverPlan(problem.scenario, np.array(DESIGN))
     assert hash(same) == hash(plan)
     assert ManeuverPlan(problem.scenario, (*DESIGN[:11], 81.0)) != plan
     copy = pickle.loads(pickle.dumps(same))

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.scenario import PathConstraint
 from mgeo_attitude.view.satellite import ascending_node_solar_time, describe_satellite
 
@@ -25,7 +26,9 @@ def test_description_of_paper_satellite():
     description = describe_satellite(AttitudeManeuverProblem(scenario))
     assert description["satellite"] == "paper"
     assert description["time span"] == "2018-06-05T00:00:00 UTC, 3 h 19 min 44 s"
-    assert "22:30 local" in description["ascending node"]  # This value is in the scenario file.
+    assert (
+        "22:30 apparent local" in description["ascending node"]
+    )  # This value is in the scenario file.
     assert "inclination 98.4" in description["orbit"]
     low, high = map(float, re.findall(r"(\d+) to (\d+) km", description["orbit"])[0])
     a, e = 7130.982, 0.001111
@@ -35,6 +38,18 @@ def test_description_of_paper_satellite():
     assert description["eclipses"].startswith(f"{share:.0f} % of the time")
     assert description["initial errors"].startswith("in the range")
     assert "constraint" not in description
+
+
+def test_description_of_a_start_in_eclipse():
+    scenario = dataclasses.replace(Scenario.paper(), eclipse=True)
+    problem = AttitudeManeuverProblem(scenario)
+    end = int(np.argmax(problem.environment.sunlit)) * scenario.step
+    assert end > 0.0
+    (stamp,) = format_time_stamps(scenario.epoch, np.array([end]))
+    assert stamp[11:19] in describe_satellite(problem)["eclipses"].partition("start")[2]
+    later = AttitudeManeuverProblem(scenario.shift_start(end + 60.0))
+    assert later.environment.sunlit[0]
+    assert "start" not in describe_satellite(later)["eclipses"]
 
 
 def test_description_warns_of_initial_errors_beyond_the_validity_of_the_covariance():

@@ -69,7 +69,9 @@ def test_result_is_stored_in_run_folder(run, folder, front, flown, tmp_path, mon
     kept = own / f"verification-solution{row}-seed3.json"
     shown = {name: why for name, why, _ in read_verifications(own, read_run(own), front.problem)}
     assert shown[kept.name] == ""
-    assert json.loads(kept.read_text())["design"] == front.X[row].tolist()
+    document = json.loads(kept.read_text())
+    assert document["design"] == front.X[row].tolist()
+    assert {"rms error", "p-value (predicted)"} < set(document["columns"])
     write_plan(front.select_plan("min-time"), tmp_path / "alone.json")
     run("verify", tmp_path / "alone.json")
     assert {path.name for path in tmp_path.iterdir()} == {"run", "alone.json"}

@@ -152,13 +152,21 @@ def test_run_of_another_problem_is_refused(solved):
 def test_verification_is_shown_with_all_tables(solved):
     folder = solved()
     file = folder / "verification-knee.json"
-    tables = {"path_constraints": [{"constraint": "<b>", "violated [%]": 12.5}]}
+    bounded = {"constraint": "<b>", "bound_type": "at most", "bound_value": 1450.0}
+    free = {"constraint": "c", "bound_type": "", "bound_value": None}
+    shares = {"steered_runs_percent": 12.5, "in_90_percent_of_runs": 3.0}
+    tables = {"path_constraints": [bounded | shares, free | shares]}
     file.write_text(json.dumps(build_verification(folder, 3, **tables)))
     html = build_report_html(folder)
     assert "(verification-knee.json, solution 3)" in html
     assert "<tr><td>a</td><td>1.25</td></tr><tr><td>b</td><td>2</td></tr>" in html
-    assert "<h4>path constraints</h4>" in html
+    assert "<h4>Path constraints</h4>" in html
     assert "&lt;b&gt;" in html
+    table = html.partition("<h4>Path constraints</h4>")[2].partition("</table>")[0]
+    assert "at most 1450<" in table
+    assert "steered runs [%]" in table
+    assert "90 % of runs" in table
+    assert not any(key in table for key in ("_percent", "bound_type", "bound type"))
     for text in (json.dumps(build_verification(folder, rows=[["b"]])), "{"):
         file.write_text(text)
         done = mgeo("report", folder)

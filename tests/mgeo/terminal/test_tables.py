@@ -62,7 +62,8 @@ def print_section(capsys):
 def test_section_has_rows_up_to_its_maximum(print_section):
     table = pd.DataFrame({"time [s]": [1.0, 2.0, 3.0]}, index=["a", "b", "c"])
     table = table.rename_axis("event")
-    lines = print_section(Section("Events", ("Text.",), table, "Note.", {"time [s]": 1}, 2))
+    section = Section("Events", ("Text.",), table, "Note.", {"time [s]": 1}, 2, "mgeo report")
+    lines = print_section(section)
     assert [line.split() for line in lines[:6]] == [
         ["Events"],
         ["Text."],
@@ -72,6 +73,7 @@ def test_section_has_rows_up_to_its_maximum(print_section):
         ["b", "2.0"],
     ]
     assert lines[6].startswith("And 1 more")
+    assert "mgeo report" in lines[6]
     assert lines[7:] == ["Note."]
 
 

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mgeo.cli.errors import ExitCode, convert_input_errors
+from mgeo.cli.errors import ExitCode, InputError, convert_input_errors
 from mgeo.cli.help_text import format_examples
 from mgeo.cli.options import Debug, Json, Quiet, complete_from
 from mgeo.terminal import Output, format_json
+from mgeo_attitude.calibration_package import COMMANDS, INSTALL_COMMAND
 from mgeo_attitude.export_formats import FORMATS
 from mgeo_attitude.plan_sections import FIRST_PAGE, SECTION_KEYS
 
@@ -186,7 +187,11 @@ def export(
     from mgeo_attitude.commands.export import print_export
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
     from mgeo_attitude.plan.files import build_plan_content
-    from mgeo_attitude.plan.summary import list_warnings, warn_of_late_convergence
+    from mgeo_attitude.plan.summary import (
+        list_warnings,
+        warn_of_final_rate,
+        warn_of_late_convergence,
+    )
 
     with convert_input_errors(USER_ERRORS):
         check_targets(files, overwrite, tuple(each.suffix for each in FORMATS))
@@ -204,7 +209,8 @@ def export(
             "spacing": spacing,
         }
         contents = {path: build_plan_content(picked.plan, path, options) for path in files}
-        warnings = [*list_warnings(picked.plan), *warn_of_late_convergence(picked.plan)]
+        lists = (list_warnings, warn_of_late_convergence, warn_of_final_rate)
+        warnings = [line for list_lines in lists for line in list_lines(picked.plan)]
         output = Output(quiet, json)
         for path, content in contents.items():
             write_file(path, content)
@@ -271,3 +277,20 @@ def schema(debug: Debug = False) -> None:
     from mgeo_attitude.scenario.schema import build_scenario_schema
 
     typer.echo(format_json(build_scenario_schema()))
+
+
+def _request_installation(ctx: typer.Context) -> None:
+    raise InputError(
+        f"{ctx.command_path} is a command of the package mgeo-calibration, which is not installed. "
+        f"Install it with {INSTALL_COMMAND}"
+    )
+
+
+# The package mgeo-calibration replaces these commands.
+for _name in COMMANDS:
+    app.command(
+        _name,
+        hidden=True,
+        add_help_option=False,
+        context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+    )(_request_installation)

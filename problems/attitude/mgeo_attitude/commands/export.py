@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mgeo.terminal import Output
+from mgeo_attitude.calibration_package import suggest_verification
 from mgeo_attitude.commands.files import SelectedPlan
 from mgeo_attitude.export_formats import find_format
 from mgeo_attitude.plan.plan import ManeuverPlan
@@ -46,7 +47,7 @@ def print_export(
             output.print_commands(
                 {
                     "Print the plan": f"mgeo attitude show {path}",
-                    "Verify the plan by simulation": f"mgeo attitude verify {path}",
+                    **suggest_verification(path),
                 }
             )
 

@@ -63,6 +63,17 @@ def list_warnings(plan: ManeuverPlan) -> list[str]:
     return [*lines, *plan.scenario.assumptions]
 
 
+def warn_of_final_rate(plan: ManeuverPlan) -> list[str]:
+    """Return a warning if a plan ends with a body rate, without a slew back."""
+    rate = math.hypot(*plan.phases[-1].commanded_deg_s)
+    if plan.slew_back or plan.scenario.is_magnetorquer_driven or not rate:
+        return []
+    return [
+        f"The plan ends with a body rate of {rate:.2f} deg/s. Set maneuvers.slew_back = true in "
+        "the scenario file for a return to the initial pointing."
+    ]
+
+
 def warn_of_late_convergence(plan: ManeuverPlan) -> list[str]:
     """Return a warning if a plan converges later in Monte Carlo runs than in its nominal run.
 

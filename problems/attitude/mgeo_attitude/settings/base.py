@@ -50,9 +50,9 @@ class Settings(metaclass=_ErrorConversion):
     """Base class of frozen pydantic dataclasses, each of which represents a table of a TOML file.
 
     Validation is strict: a bool is not a number, numbers must be finite, and text is not converted
-    to numbers. An int is converted to a float, a numpy number to a Python number, a list to a
-    tuple, and a mapping to the settings of its field. Subclasses define further checks in
-    ``__post_init__``.
+    to numbers. An int is converted to a float, a numpy number to a Python number, a list or
+    numpy array to a tuple, and a mapping to the settings of its field. Subclasses define
+    further checks in ``__post_init__``.
 
     Raises
     ------
@@ -139,7 +139,9 @@ def build_schema(cls: type) -> Schema:
 
 
 def _convert_numpy(value: Any) -> Any:
-    """Convert numpy scalars to Python numbers and lists to tuples, recursively."""
+    """Convert numpy scalars to Python numbers, and lists and arrays to tuples, recursively."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, list | tuple):
         return tuple(map(_convert_numpy, value))
     return value.item() if isinstance(value, np.generic) else value

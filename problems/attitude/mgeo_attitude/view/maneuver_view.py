@@ -12,6 +12,11 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.plugins.review import Review, Section
+from mgeo_attitude.calibration_package import (
+    INSTALL_COMMAND,
+    is_calibration_installed,
+    suggest_verification,
+)
 from mgeo_attitude.criteria.constraints import list_constraints
 from mgeo_attitude.criteria.objectives import PAPER_OBJECTIVES
 from mgeo_attitude.scenario.validity import find_implausible_values, find_validity_violations
@@ -94,7 +99,7 @@ class ManeuverView(Plans):
     def next_commands(self, folder: str) -> dict[str, str]:
         return {
             "Print the plan": f"mgeo attitude show {folder}",
-            "Verify by simulation": f"mgeo attitude verify {folder}",
+            **suggest_verification(folder),
         }
 
     def suggestions(self) -> list[str]:
@@ -143,10 +148,10 @@ class ManeuverView(Plans):
     def notes(self) -> list[str]:
         """Return notes on implausible values, modeling assumptions and untested initial errors."""
         scenario = self.problem.scenario
-        validity = [
-            f"{line}. Check a plan with mgeo attitude verify."
-            for line in find_validity_violations(scenario)
-        ]
+        check = "Check a plan with mgeo attitude verify"
+        if not is_calibration_installed():
+            check += f", which {INSTALL_COMMAND} installs"
+        validity = [f"{line}. {check}." for line in find_validity_violations(scenario)]
         return [*find_implausible_values(scenario), *scenario.assumptions, *validity]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:

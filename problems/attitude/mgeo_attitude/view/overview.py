@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from itertools import groupby
 
@@ -30,6 +31,8 @@ from mgeo_attitude.view.summaries import describe_ends
 
 #: Number of quantities that a terminal shows if there are more than `MAX_ROWS`.
 _MAX_QUANTITIES = 5
+#: Command whose output has all rows of the tables.
+_SHOW_COMMAND = "mgeo attitude show"
 _DECIMALS = {"start [s]": 0, "duration [s]": 0, "angle [deg]": 0} | {
     f"ω{axis} [deg/s]": 2 for axis in "xyz"
 }
@@ -50,7 +53,8 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     text += _describe_omitted_maneuvers(plans, maneuvers)
     sections = {"end": Section("", (text.strip(),)), "accuracy": _build_accuracy_section(plans)}
     if len(constraints):
-        sections["constraints"] = build_constraint_section(constraints)
+        section = build_constraint_section(constraints)
+        sections["constraints"] = replace(section, full_command=_SHOW_COMMAND)
     note = _describe_phases(plans, maneuvers)
     sections["maneuvers"] = Section("Maneuver", (), maneuvers, note, _DECIMALS, MAX_ROWS)
     return sections
@@ -88,7 +92,13 @@ def _build_accuracy_section(plans: Plans) -> Section:
         if "lower bound" in table
         else "No lower bound can be proved for this scenario."
     )
-    return Section("1-sigma, worst axis", table=table, note=note, max_rows=max_rows)
+    return Section(
+        "1-sigma, worst axis",
+        table=table,
+        note=note,
+        max_rows=max_rows,
+        full_command=_SHOW_COMMAND,
+    )
 
 
 def build_accuracy_table(plans: Plans) -> pd.DataFrame:

@@ -80,7 +80,7 @@ def _describe_node(environment: Environment) -> str:
         environment.position[0], environment.velocity[0], environment.sun[0]
     )
     hours, minutes = divmod(round(60.0 * node), 60)
-    return f"{hours % 24:02d}:{minutes:02d} local solar time"
+    return f"{hours % 24:02d}:{minutes:02d} apparent local solar time"
 
 
 def ascending_node_solar_time(position: Floats, velocity: Floats, sun: Floats) -> float:
@@ -117,7 +117,11 @@ def _describe_eclipses(scenario: Scenario, environment: Environment) -> str:
     times = np.append(environment.times[is_shown], environment.times[is_shown][-1])
     longest = times[max(edges, key=lambda edge: times[edge[1]] - times[edge[0]])]
     start, end = (text[11:19] for text in format_time_stamps(scenario.epoch, longest))
-    return f"{100.0 * dark[1:-1].mean():.0f} % of the time, the longest {start} to {end} UTC"
+    text = f"{100.0 * dark[1:-1].mean():.0f} % of the time, the longest {start} to {end} UTC"
+    if edges[0, 0] == 0:
+        (first_end,) = format_time_stamps(scenario.epoch, times[edges[0, 1:]])
+        text += f"; the start is in eclipse until {first_end[11:19]} UTC"
+    return text
 
 
 def _describe_field(environment: Environment) -> str:

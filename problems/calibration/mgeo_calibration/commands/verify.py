@@ -34,6 +34,15 @@ if TYPE_CHECKING:
     from mgeo_calibration.documents import VerificationDocument
 
 
+#: Titles of columns in reports, where they differ from those of `Verification.table`.
+_COLUMN_TITLES = {
+    "predicted": "predicted 1-sigma",
+    "rms": "rms error",
+    "p, predicted": "p-value (predicted)",
+    "p, filter": "p-value (filter)",
+}
+
+
 def print_verification(
     picked: SelectedPlan,
     verification: Verification,
@@ -192,7 +201,7 @@ def build_verification_document(
         "nees": verification.nees,
         "max_nees": verification.max_nees,
         "detectable_ratio": verification.detectable_ratio,
-        "columns": [str(name) for name in table.columns],
+        "columns": [_COLUMN_TITLES.get(str(name), str(name)) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
         "solution": picked.solution,
         "summary": plan.summary,
