@@ -50,7 +50,7 @@ class Recommended(TypedDict):
 
 @extensible
 class FrontRow(TypedDict):
-    """One of several solutions that represent a front.
+    """One of several representative solutions of a front.
 
     Further keys are quantities of the problem, with the unit at the end of the key. The problem
     `attitude` has `converges_after_s` (`ends_after_s` with the convergence rules `end` and
@@ -69,17 +69,19 @@ class FrontRow(TypedDict):
 
 @extensible
 class Violation(TypedDict):
-    """Constraint violated by some of the solutions nearest to feasibility.
+    """Constraint that is violated in a run without a feasible solution.
 
-    If the problem reports them, `unit`, `value` and `bound` are further keys.
+    The values describe the solutions nearest to feasibility, which nearest.csv contains.
+
+    Further keys are `unit`, `value` and `bound`, if the problem reports them.
     """
 
     constraint: str
     """Name of the constraint."""
     violation: float | None
-    """Smallest violation among these solutions."""
+    """Smallest violation among the solutions nearest to feasibility."""
     violated_by: str
-    """Number of solutions that violate the constraint, such as "12 of 30"."""
+    """Number of these solutions that violate the constraint, such as "12 of 30"."""
 
 
 class Infeasibility(TypedDict):
@@ -318,7 +320,7 @@ class StudyDryRun(TypedDict):
 
 
 class ExploreDocument(TypedDict):
-    """Address and folders of the explorer, printed when its server starts."""
+    """Web address and folders of the interactive explorer."""
 
     url: str
     """Address of the page."""

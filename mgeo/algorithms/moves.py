@@ -28,7 +28,7 @@ Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]
 
 
 class Attraction(NamedTuple):
-    """Parameters of difference steps that are attracted to good points.
+    """Settings that pull difference steps (differential evolution) towards good points.
 
     This is the move "current-to-best" (Zhang & Sanderson, "JADE", IEEE Trans. Evol. Comput. 13,
     2009, equation 6), except that a step covers a random fraction of the distance to the target,
@@ -126,9 +126,9 @@ def draw_joint_steps(
     rng: np.random.Generator,
     attraction: Attraction | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Draw steps that change the primary variable of each candidate and random other variables.
+    """Draw random steps that change several variables at once.
 
-    Each step is either a Gaussian step or a difference step. A normal step has a random standard
+    Each step is either a Gaussian step or a difference step. A Gaussian step has a random standard
     deviation, log-uniform in `sigma_range`. A difference step is a random fraction, uniform in [0,
     1), of the difference between two points (differential evolution; Storn & Price 1997).
 
@@ -356,9 +356,7 @@ class DirectedMoves(ExtremalOptimization):
     def _apply_momentum(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace randomly selected steps with momentum steps.
-
-        A momentum step continues the last improvement of its walker.
+        """Replace randomly selected steps with steps that continue each walker's last improvement.
 
         Parameters
         ----------
@@ -397,7 +395,7 @@ class DirectedMoves(ExtremalOptimization):
     def _recombine(
         self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest_points: FloatArray
     ) -> None:
-        """Replace randomly selected steps with steps to a recombination of two good points.
+        """Replace randomly selected steps with steps to the offspring of two good points.
 
         For a walker with mixed weights, the first parent is the incumbent of the walker or its
         nearest archived point, and the second parent is the nearest of sqrt(n) random points of the
@@ -430,15 +428,15 @@ class DirectedMoves(ExtremalOptimization):
         self.is_recombined = is_replaced
 
     def _find_nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
-        """For each walker, return the index of the archived point nearest to its weight vector."""
+        """Return the index of the best archived point for the weight vector of each walker."""
         state, F = self.state, self.state.front.F
         return find_nearest(F, state.weights[rows], *state.front.ideal_and_nadir)
 
     def _find_nearest_in_sample(self, rows: IntArray, n_sampled: float) -> IntArray:
-        """For each walker, return the index of the nearest point in a random sample of the archive.
+        """Find the nearest of several random archived points for each walker.
 
         The nearest point has the smallest Tchebycheff distance for the weight vector of the walker.
-        `n_sampled` is rounded down, but at least one point is drawn.
+        The result is its index. `n_sampled` is rounded down, but at least one point is drawn.
         """
         front = self.state.front
         size = len(rows), max(1, int(n_sampled))
@@ -448,7 +446,7 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _draw_donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Draw two random points per difference step from the archive and the incumbents."""
+        """Draw pairs of points from the archive and the incumbents to compute difference steps."""
         rng, n = self.random_state, len(self.front)
         donors = []
         for _ in range(2):
@@ -464,7 +462,7 @@ class DirectedMoves(ExtremalOptimization):
         return min(len(self.variables.xl), self.max_candidates)
 
     def _select_adaptive_walkers(self, weights: FloatArray) -> IntArray:
-        """Return the indices of the walkers that will use an adaptive normal distribution.
+        """Return the indices of the walkers that will draw steps from adaptive distributions.
 
         These walkers start to use their distributions as soon as enough designs have been
         evaluated. They are the last walkers with mixed weights, followed by the last walkers with
@@ -479,12 +477,12 @@ class DirectedMoves(ExtremalOptimization):
         )
 
     def _select_adapting_walkers(self) -> IntArray:
-        """Return the indices of the walkers that currently use an adaptive normal distribution."""
+        """Return the indices of the walkers that already draw steps from adaptive distributions."""
         rows = self._select_adaptive_walkers(self.state.weights)
         return rows[self.state.distributions.sigma > 0]
 
     def _select_by_weights(self, pair: Sequence[float]) -> FloatArray:
-        """Return `pair[0]` for walkers that weight several objectives, and `pair[1]` for others."""
+        """Return one value per walker: `pair[0]` for several objectives, `pair[1]` for one."""
         return np.where(self._has_mixed_weights(), *pair)
 
     def _has_mixed_weights(self) -> BoolArray:

@@ -64,7 +64,7 @@ def recombine(
 
 @dataclass(kw_only=True, eq=False, slots=True)
 class RecombinationCredit:
-    """Running totals of the improvements made by recombined candidates and by other candidates.
+    """Running totals of the improvements by recombination and by all other moves.
 
     The gain of a candidate is the decrease of the distance for the walker's weight vector. The
     weight of earlier generations decreases exponentially.
@@ -83,7 +83,7 @@ class RecombinationCredit:
 
     @classmethod
     def create(cls, n: int) -> Self:
-        """Create initial totals that favor neither recombined nor other candidates.
+        """Create initial totals in which recombination and all other moves are equally successful.
 
         The totals are those of one generation of n candidates, half of which are recombined.
         """

@@ -155,7 +155,9 @@ def compute_next_tau(
     uniform: FloatArray,
     n: int,
 ) -> FloatArray:
-    """Compute the next selection pressure tau of each walker by the rules of adaptive GEO.
+    """Update the selection pressure tau of each walker in generalized extremal optimization.
+
+    The rules are those of adaptive GEO (A-GEO).
 
     If the chance of improvement is 0, tau is reset to 0.5 exp(z / sqrt(n)), with z from a standard
     normal distribution. If the chance is not larger than before, tau increases by (0.5 + chance) u,
@@ -189,7 +191,7 @@ _SUM_WEIGHT = 1e-3
 
 
 def build_weight_vectors(n: int, n_obj: int, extreme_share: float) -> FloatArray:
-    """Build weight vectors for n walkers, some extreme and the others evenly spread.
+    """Build n weight vectors: some for a single objective, the others evenly spread.
 
     An extreme weight vector has a single positive weight.
 
@@ -233,7 +235,7 @@ def draw_weights(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
 
 
 def _compute_spacings(cuts: FloatArray) -> FloatArray:
-    """Return the gaps between the ascending cuts of each row, including the ends 0 and 1."""
+    """Return the lengths of the segments into which sorted cuts divide the interval [0, 1]."""
     return np.diff(cuts, axis=1, prepend=0.0, append=1.0)
 
 
@@ -291,7 +293,7 @@ def tchebycheff_distance(
 def find_nearest(
     F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> IntArray:
-    """Return the index of the point with the smallest Tchebycheff distance for each weight vector.
+    """Find the point with the smallest Tchebycheff distance for each weight vector.
 
     See `tchebycheff_distance`.
 
@@ -328,7 +330,7 @@ def find_nearest(
 def find_nearest_in_sample(
     sample: IntArray, F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> IntArray:
-    """Find the nearest point for each weight vector in a given sample of points.
+    """Find the nearest point for each weight vector among a few sampled points.
 
     Each weight vector has its own sample. The distance is the `tchebycheff_distance`.
 

@@ -163,8 +163,9 @@ def _load_class(name: str, trusted_classes: Collection[str]) -> Any:
 
 
 def format_problem_options(names: Iterable[str]) -> str:
-    """Return the ``--problem`` options that a command needs to import ``module:Class`` problems.
+    """Return the ``--problem`` options by which a user permits the import of problem classes.
 
-    An empty string if no name has this form.
+    Commands import a class ``module:Class`` only if the user specifies it. The result is an empty
+    string if no name has this form.
     """
     return "".join(f" --problem {name}" for name in dict.fromkeys(names) if is_class_path(name))

@@ -297,7 +297,9 @@ def _parse_margins(tables: list[pd.DataFrame]) -> list[list[ConstraintMargin]]:
 
 @dataclass(frozen=True)
 class Violation:
-    """Constraint violated by at least one of the solutions closest to feasibility.
+    """Constraint that is violated in a run without a feasible solution.
+
+    The values describe the solutions nearest to feasibility.
 
     Attributes
     ----------

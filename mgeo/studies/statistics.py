@@ -82,7 +82,7 @@ def mann_whitney_p_value(a: ArrayLike, b: ArrayLike) -> float:
 
 
 def holm_correction(p_values: ArrayLike) -> FloatArray:
-    """Correct p values for multiple tests by Holm's procedure."""
+    """Correct p values for multiple testing by Holm's procedure."""
     values = np.asarray(p_values, dtype=float)
     order = np.argsort(values, kind="stable")
     corrected = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
@@ -110,7 +110,7 @@ def classify_effect_size(effect_size: float) -> str:
 
 
 def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
-    """Compare all pairs of samples by the Mann-Whitney test.
+    """Compare all pairs of samples with the Mann-Whitney test.
 
     Larger values are better.
 
@@ -135,10 +135,11 @@ def compare_pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.
 
 
 def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
-    """Rank the values of all samples together, and return mean ranks, best first.
+    """Rank the values of all samples together, and return the mean rank of each sample.
 
-    The largest value has rank 1; equal values share the mean of their ranks. For two samples, the
-    one with the better mean rank has a `vargha_delaney_effect_size` above one half.
+    The sample with the best mean rank comes first. The largest value has rank 1; equal values share
+    the mean of their ranks. For two samples, the one with the better mean rank has a
+    `vargha_delaney_effect_size` above one half.
 
     Parameters
     ----------
@@ -186,7 +187,9 @@ def kruskal_wallis_test(samples: Mapping[str, Sequence[float] | FloatArray]) -> 
 
 
 def mean_block_ranks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
-    """Rank the algorithms on each problem, and average the ranks within each block.
+    """Rank the algorithms on each problem, and average the ranks over related problems.
+
+    A block is a group of related problems.
 
     Parameters
     ----------
@@ -256,7 +259,7 @@ def friedman_test(
 def nemenyi_critical_difference(
     n_algorithms: int, n_blocks: int, alpha: float = SIGNIFICANCE_LEVEL
 ) -> float:
-    """Return the smallest significant difference of average ranks by Nemenyi's test.
+    """Return the smallest difference in average rank that Nemenyi's test finds significant.
 
     Parameters
     ----------

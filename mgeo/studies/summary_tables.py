@@ -24,7 +24,7 @@ _MAX_BUDGETS = 5  # maximum number of rows of `build_budget_table` for each numb
 
 
 def build_rank_table(comparisons: Mapping[str, Comparison], summary: StudySummary) -> Section:
-    """Build a table of average ranks and significant differences over all problems.
+    """Build a table of the average rank and the significant differences of each algorithm.
 
     There is one row per algorithm, best first. The columns are those of `StudySummary.ranks`.
 
@@ -74,7 +74,7 @@ def _has_zero_hypervolume(comparison: Comparison) -> bool:
 
 
 def _describe_smallest_p(summary: StudySummary, n_problems: int) -> str:
-    """Return a sentence if no difference over all problems can be significant."""
+    """Return a warning if a study has too few problems to find significant differences."""
     n, k = summary.n_functions, len(summary.ranks)
     smallest = (k - 1) * 2.0 ** (1 - n)  # All differences of the exact test have equal signs.
     if smallest < SIGNIFICANCE_LEVEL:
@@ -87,7 +87,7 @@ def _describe_smallest_p(summary: StudySummary, n_problems: int) -> str:
 def build_budget_table(ranks: pd.DataFrame, study: Study) -> Section:
     """Build a table of the average rank of each algorithm at several evaluation budgets.
 
-    The counts are the end of the runs and the measured counts nearest to 1/2, 1/4, 1/8 and 1/16 of
+    The budgets are the full budget and the measured budgets nearest to 1/2, 1/4, 1/8 and 1/16 of
     it. If problems differ in their number of variables, each number has its own rows, in addition
     to those for all problems.
 
@@ -135,7 +135,9 @@ def _select_budgets(evaluations: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def build_behind_table(summary: StudySummary) -> Section | None:
-    """Build a table of the problems on which another algorithm is significantly better.
+    """Build a table of the problems on which the reference algorithm is significantly worse.
+
+    There is one row per problem and better algorithm. The reference is `summary.algorithm`.
 
     Parameters
     ----------
@@ -167,7 +169,7 @@ def build_behind_table(summary: StudySummary) -> Section | None:
 
 
 def build_result_table(comparison: Comparison) -> Section:
-    """Build a table of the indicators of each algorithm on one problem, best algorithm first.
+    """Build a table of quality indicators on one problem, best algorithm first.
 
     The columns are the mean ± standard deviation of each indicator of a whole front and, if runs
     failed, the number of finished runs.

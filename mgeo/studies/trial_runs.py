@@ -51,7 +51,7 @@ class TrialResult:
 
 
 def make_trial_runs(task: Task) -> TrialResult | None:
-    """Make two short runs to test whether an algorithm is reproducible and its problem is noisy.
+    """Make two short runs to detect an irreproducible algorithm or a noisy problem.
 
     A short run has at least twelve generations and 100 evaluations, or `n_eval` evaluations if that
     is less. Its objectives are random values with many ties: they take no time to evaluate, and the
@@ -86,9 +86,9 @@ def make_trial_runs(task: Task) -> TrialResult | None:
 
 
 def describe_limitations(trials: Mapping[str, TrialResult], title: str, n_eval: int) -> list[str]:
-    """Describe the limitations of a comparison that trial runs have found.
+    """Return warnings about a comparison of algorithms, based on short trial runs.
 
-    The conditions are a noisy problem, an algorithm that is not reproducible, and a first
+    The warnings concern a noisy problem, an algorithm that is not reproducible, and a first
     generation larger than the budget.
 
     Parameters
@@ -149,7 +149,7 @@ def _find_fractional_value(problem: Problem, batches: Iterable[Any]) -> float | 
 
 
 def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]:
-    """Execute a short run on random objectives, and return generation sizes and candidates."""
+    """Run an algorithm briefly on random objectives. Return generation sizes and candidates."""
     batches: list[Any] = []
     sizes: list[int] = []
     unlimited_task = replace(task, n_eval=_UNLIMITED_BUDGET)
@@ -166,9 +166,9 @@ def _make_short_run(task: Task, problem: Problem) -> tuple[list[int], list[Any]]
 
 @contextmanager
 def _randomize_values(problem: Problem) -> Iterator[None]:
-    """Context manager that replaces the values of a problem with reproducible random numbers.
+    """Replace the objectives and constraints of a problem with reproducible random numbers.
 
-    This applies to all fidelity levels.
+    The context manager applies to all fidelity levels.
     """
     random_state, is_elementwise = np.random.default_rng(0), problem.elementwise
 
