@@ -135,7 +135,7 @@ def _read_segments(path: Path) -> list[Any]:
 
 
 def _find_object_name(segments: list[Any], object_name: str) -> str:
-    """Return the name and the designator of the object of a message.
+    """Return the name and designator of the satellite whose orbit an OEM contains.
 
     Raise ValueError if another object is requested.
     """
@@ -149,7 +149,7 @@ def _find_object_name(segments: list[Any], object_name: str) -> str:
 
 
 def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
-    """Return the first segment of a message whose usable time span covers the whole run."""
+    """Return the first OEM segment with a usable time span that covers the whole run."""
     spans = []
     for segment in segments:
         time_scale = segment.metadata["TIME_SYSTEM"]
@@ -166,7 +166,7 @@ def _select_segment(segments: list[Any], run: TimeSpan) -> Any:
 
 
 def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Floats:
-    """Convert epochs in the time scale of a message to SI seconds after `since`."""
+    """Convert epochs in a given time scale to SI seconds after `since`."""
     from astropy.time import Time
 
     if time_scale.upper() not in _SCALES:
@@ -180,7 +180,7 @@ def _compute_seconds(epochs: list[Any], since: datetime, time_scale: str) -> Flo
 def _find_coasting_samples(
     times: Floats, position: Floats, velocity: Floats, run: TimeSpan
 ) -> Bools:
-    """Select the samples between the last maneuver before a run and the first one after it.
+    """Select the orbit samples between the last maneuver before a run and the first one after it.
 
     Return a boolean array with one entry per sample. Raise ValueError if there is thrust during the
     run.

@@ -58,7 +58,7 @@ class BodyFixedError(NamedTuple):
     v: Floats | None
 
     def has_same_transformation(self, other: BodyFixedError) -> bool:
-        """Return True if the same matrix G transforms two body-fixed errors to the inertial error.
+        """Return True if both errors have the same transformation matrix G to the inertial error.
 
         `InertialErrorInformation.body_fixed_errors` defines G.
         """
@@ -68,7 +68,7 @@ class BodyFixedError(NamedTuple):
 
 
 class InertialErrorDynamics(NamedTuple):
-    """Dynamics and initial information of an error that is fixed in inertial axes.
+    """Decay, process noise and initial information of an error expressed in inertial axes.
 
     Attributes
     ----------
@@ -86,13 +86,13 @@ class InertialErrorDynamics(NamedTuple):
 def bound_dynamics_information(
     dynamics: InertialErrorDynamics, max_angle: float, v: Floats | None, n_samples: int
 ) -> Floats:
-    """Bound the information about a body-fixed error that follows from the dynamics of an inertial
-    error with the same effect on measurements.
+    """Return an upper bound on the information that distinguishes a body-fixed error from an
+    inertial error.
 
-    The bound includes the initial information about the inertial error, and is accumulated up to
-    each sample. To compensate the body-fixed error in the measurements, the inertial error would
-    have to follow the rotation of the body. The smaller its process noise, the more information
-    contradicts this motion.
+    The inertial error can have the same effect on the measurements, but would then have to follow
+    the rotation of the body. The smaller its process noise, the more information contradicts this
+    motion. The bound includes the initial information about the inertial error, and is accumulated
+    up to each sample.
 
     See equation (11) of docs/explanation/lower-bound.md.
 
@@ -141,11 +141,11 @@ def bound_common_modes(
     initial_information: dict[str, Floats],
     max_angle: float,
 ) -> Iterator[tuple[str, Floats]]:
-    """Yield lower variance bounds of an inertial error, such as the attitude error, and of the
-    body-fixed errors with the same effect on measurements.
+    """Yield lower bounds on the variances of an inertial error and of the body-fixed errors that
+    resemble it.
 
-    Each bound is a lower bound on the sum of three variances. See equation (10) of
-    docs/explanation/lower-bound.md.
+    For example, the misalignments of sensors resemble the attitude error. Each bound is a lower
+    bound on the sum of three variances. See equation (10) of docs/explanation/lower-bound.md.
 
     Parameters
     ----------
@@ -194,8 +194,8 @@ def bound_common_modes(
 
 
 def _reduce_by_compensation(information: Floats, error_information: Sequence[Floats]) -> Floats:
-    """Reduce a sensor's information about an inertial error, because a body-fixed error could cause
-    the same measurements.
+    """Reduce a sensor's information about an inertial error to account for a body-fixed error
+    that could cause the same measurements.
 
     The result is the trace of the information. The initial information about the body-fixed error
     limits the reduction.

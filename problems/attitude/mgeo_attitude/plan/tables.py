@@ -34,7 +34,7 @@ _N_DIRECTIONS = 5
 
 @dataclass(frozen=True)
 class PlanSection:
-    """Definition of a section about a plan: title, table, note and displayed columns.
+    """Template of a report section about a plan: title, table, note and displayed columns.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class PlanSection:
 
 
 def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> list[Section]:
-    """Build the requested sections about a plan, in the order of `SECTION_KEYS`.
+    """Build the requested report sections about a plan, in the order of `SECTION_KEYS`.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def build_sections(plan: ManeuverPlan, keys: Collection[str] = SECTION_KEYS) -> 
 
 
 def build_review(plan: ManeuverPlan) -> Review:
-    """Build the review document of a plan, with all sections."""
+    """Build a review document with all report sections about a plan."""
     start, end = (
         text[:_STAMP_LENGTH]
         for text in format_time_stamps(plan.scenario.epoch, np.array([0.0, plan.duration]))
@@ -209,8 +209,10 @@ def _build_axes_table(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _describe_run(plan: ManeuverPlan) -> str:
-    """Return a sentence that states to which filter run the values refer. It is empty if all runs
-    are nominal.
+    """Return a note on the simulated run behind the values of a table.
+
+    Only scenarios with magnetorquer-driven motion or with Monte Carlo runs need a note. Otherwise,
+    the note is empty.
     """
     if plan.scenario.is_magnetorquer_driven:
         return (
@@ -255,7 +257,7 @@ def _format_columns(table: pd.DataFrame, pattern: str, template: str) -> pd.Data
 
 
 def _select_reduction_columns(table: pd.DataFrame) -> pd.DataFrame:
-    """Replace the columns x, y and z of each error by one column with the largest value."""
+    """Replace the columns x, y and z of each error with one column of their largest values."""
     errors = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
     first = table[["time [s]", "contribution [%]"]].set_axis(["end [s]", "share [%]"], axis=1)
     return _format_times(first.join(errors.max().T))

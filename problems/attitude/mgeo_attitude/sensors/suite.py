@@ -61,26 +61,27 @@ class Suite:
 
     @cached_property
     def error_sources(self) -> dict[str, ErrorSource]:
-        """Gyro, environment model errors and sensors, keyed by their prefix in block names.
+        """Gyro, environment model errors and sensors, keyed by name.
 
-        The prefixes are ``gyro``, ``environment_errors`` and the name of each sensor.
+        The names are prefixes of block names: ``gyro``, ``environment_errors`` and the name of each
+        sensor.
         """
         sensors = {sensor.name: sensor for sensor in self.sensors}
         return {"gyro": self.gyro, "environment_errors": self.environment_errors, **sensors}
 
     @cached_property
     def blocks(self) -> tuple[str, ...]:
-        """Names of the blocks of the error state, such as ``attitude`` and ``gyro.bias``.
+        """Names of the 3-vectors in the error state, such as ``attitude`` and ``gyro.bias``.
 
-        Each block is a 3-vector.
+        The 3-vectors are called blocks.
         """
         return tuple(self.units)
 
     @cached_property
     def units(self) -> dict[str, Unit]:
-        """Display unit of each block, keyed by block name in the order of the error state.
+        """Display unit of each 3-vector in the error state, keyed by its name.
 
-        Scenario files use the same units.
+        The dict has the order of the error state. Scenario files use the same units.
         """
         units = {
             f"{name}.{state}": unit
@@ -92,12 +93,12 @@ class Suite:
 
     @cached_property
     def block_slices(self) -> dict[str, slice]:
-        """Slice of each block in the error state, keyed by block name."""
+        """Slice of each 3-vector in the error state, keyed by its name."""
         return {block: slice(3 * i, 3 * i + 3) for i, block in enumerate(self.blocks)}
 
     @cached_property
     def states(self) -> dict[str, State]:
-        """Initial 1-sigma or Gauss-Markov process of each block, keyed by block name.
+        """Initial 1-sigma or Gauss-Markov process of each 3-vector in the error state, by name.
 
         The attitude is left out, because its initial 1-sigma belongs to the scenario.
         """
@@ -122,7 +123,7 @@ class Suite:
 
     @property
     def n_dynamic(self) -> int:
-        """Number of error-state components in the dynamics matrix.
+        """Number of error-state components that the dynamics matrix describes.
 
         These components come first in the error state. They are the attitude error, the gyro states
         and the Gauss-Markov errors.
@@ -139,9 +140,9 @@ class Suite:
 
     @cached_property
     def considered_blocks(self) -> tuple[str, ...]:
-        """Names of the blocks that are considered but not estimated, as in a Schmidt-Kalman filter.
+        """Names of the 3-vectors that the Schmidt-Kalman filter considers but does not estimate.
 
-        The filter accounts for the uncertainty of these blocks but does not estimate them.
+        The filter accounts for the uncertainty of these blocks.
         """
         sources = self.error_sources.items()
         return tuple(f"{name}.{state}" for name, source in sources for state in source.considered)
@@ -153,7 +154,7 @@ class Suite:
 
     @cached_property
     def uncalibrated_blocks(self) -> frozenset[str]:
-        """Names of the blocks that a calibration cannot determine permanently.
+        """Names of the 3-vectors that a calibration cannot determine permanently.
 
         These are the Gauss-Markov errors, which vary with time, and the considered blocks.
         """
@@ -246,9 +247,9 @@ class Suite:
         }
 
     def find_sensitivity_columns(self, source: Gyro | Sensor) -> slice:
-        """Return the slice of columns for the bias sensitivities of one gyro or sensor.
+        """Return the columns of `compute_channel_deviations` that belong to one gyro or sensor.
 
-        The columns are those of the array that `compute_channel_deviations` returns.
+        There is one column per bias sensitivity.
         """
         first = 0
         if isinstance(source, Sensor):
@@ -298,7 +299,7 @@ class Suite:
         return (0, *indices)
 
     def list_blocks(self, source: Gyro | Sensor) -> dict[str, str]:
-        """Return a dict that maps state names to the blocks that affect a gyro or sensor.
+        """Return a dict that maps each error of a gyro or sensor to its name in the error state.
 
         For a Sun sensor, for example, ``bias`` is mapped to ``sun.bias``. Blocks of environment
         model errors are included if they affect the sensor.
@@ -310,9 +311,9 @@ class Suite:
         return {state: f"{source.name}.{state}" for state in source.states()} | shared
 
     def get_first_indices(self, source: Gyro | Sensor) -> dict[str, int]:
-        """Return the first index of each block that affects a gyro or sensor.
+        """Return the error-state index at which each error of a gyro or sensor begins.
 
-        The dict is keyed by the name of the state, such as ``bias``.
+        The dict is keyed by the name of the error, such as ``bias``.
         """
         return {state: self.block_slices[b].start for state, b in self.list_blocks(source).items()}
 
@@ -495,7 +496,7 @@ class Suite:
         return H
 
     def compute_noise_density(self) -> Floats:
-        """Return the power spectral density of the process noise for each dynamic component.
+        """Return the power spectral density of the process noise on each dynamic error state.
 
         Returns
         -------
@@ -526,7 +527,7 @@ class Suite:
 
 
 def list_units(source: ErrorSource) -> dict[str, Unit]:
-    """Return the display unit of each error state, as a dict keyed by state name.
+    """Return a dict with the display unit of each error of a gyro or sensor.
 
     `source` is a gyro, a sensor or the environment model errors.
     """
@@ -539,7 +540,7 @@ def list_units(source: ErrorSource) -> dict[str, Unit]:
 
 
 class BlockUnit(NamedTuple):
-    """Display name and unit of a block of the error state.
+    """Display name and display unit of a 3-vector in the error state.
 
     Attributes
     ----------
@@ -557,7 +558,7 @@ class BlockUnit(NamedTuple):
 
 
 def list_block_units(suite: Suite) -> list[BlockUnit]:
-    """Return the display name and display unit of each block, in the order of the error state.
+    """Return the display name and unit of each 3-vector in the error state, in order.
 
     The units also apply to keys of ``required_sigma`` that end in a unit.
     """

@@ -49,7 +49,7 @@ _MIN_AXIS_COSINE = np.cos(np.radians(15.0))
 
 
 def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
-    """Describe a direction in the state space of the filter as a phrase.
+    """Describe a direction in the state space of the filter in words.
 
     An example is ``common rotation of attitude and both sensors about body z``. Misalignments of
     sensors with the same rotation vector are grouped, together with the attitude if it has the same
@@ -97,10 +97,10 @@ def describe_direction(suite: Suite, initial_sigma: Floats, direction: Floats) -
 def _group_rotations(
     sensors: Sequence[str], blocks: Sequence[str], vector: dict[str, Floats]
 ) -> list[str]:
-    """List the attitude and sensor misalignments that have nearly equal rotation vectors.
+    """Group the attitude and the sensor misalignments whose rotation vectors are nearly equal.
 
-    The reference is the first sensor misalignment in `blocks`. The list is empty if no other
-    3-vector has nearly the same rotation vector.
+    The result is a list of names: the first sensor misalignment in `blocks`, and the 3-vectors that
+    are nearly equal to it. The list is empty if there are no such 3-vectors.
     """
     tilts = [vector[name] for name in blocks if name in sensors]
     if not tilts:
@@ -136,7 +136,7 @@ def _format_axis(vector: Floats) -> str:
 
 
 def compute_correlations(model: FilterModel, covariance: Floats) -> pd.DataFrame:
-    """Compute the correlation matrix of a covariance, labeled with state names.
+    """Convert a covariance to a correlation matrix with state names as labels.
 
     Parameters
     ----------
