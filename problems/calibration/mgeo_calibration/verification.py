@@ -100,18 +100,18 @@ class Verification:
 
     @property
     def max_ratio(self) -> float:
-        """Largest ratio of actual error to 1-sigma at which a state still passes."""
+        """Largest ratio of actual error to 1-sigma with which a state passes the tests."""
         return float(np.sqrt(chi2.isf(self._level, self.n_runs) / self.n_runs))
 
     @property
     def max_nees(self) -> float:
-        """Largest NEES per state at which the filter still passes."""
+        """Largest NEES per state with which the filter passes the consistency test."""
         n = self.n_runs * len(self.table)
         return float(chi2.isf(self._level, n) / n)
 
     @property
     def _level(self) -> float:
-        """Significance level at the boundary between failed and passed tests in Holm's sequence."""
+        """Significance level for the first hypothesis that Holm's procedure does not reject."""
         p = [*self.table[list(_P_COLUMNS.values())].to_numpy().ravel(), self.nees_p]
         n_failed = int(np.sum(np.array(p) < SIGNIFICANCE_LEVEL))
         return SIGNIFICANCE_LEVEL / max(len(p) - n_failed, 1)
@@ -123,7 +123,7 @@ class Verification:
         return list(dict.fromkeys([*self.states_above_prediction, *self.overconfident_states]))
 
     def find_worst_axes(self) -> list[str]:
-        """Return the worst axis of each three-axis state, sorted by decreasing error ratio."""
+        """Return the worst axis of each three-axis state, largest error ratio first."""
         worst = self.table[[PREDICTED_RATIO, FILTER_RATIO]].max(axis=1)
         by_block = worst.groupby(lambda state: state.rpartition(" ")[0])
         return list(worst[by_block.idxmax()].sort_values(ascending=False).index)
@@ -246,8 +246,9 @@ def compute_predictions(plan: ManeuverPlan, runs: MonteCarloResult) -> Floats:
 
 
 def format_conclusion(verification: Verification) -> str:
-    """Describe in one sentence whether the plan achieves its predicted accuracy. Name the largest
-    error ratio or the worst failure.
+    """Describe in one sentence whether the plan achieves its predicted accuracy.
+
+    The sentence states the largest error ratio or the worst failure.
     """
     runs = f"over {verification.n_runs} Monte Carlo runs"
     if failures := describe_failures(verification):
@@ -263,9 +264,9 @@ def format_conclusion(verification: Verification) -> str:
 
 
 def describe_failures(verification: Verification) -> list[str]:
-    """Return one line of text for each three-axis state with errors that are too large, largest
-    error ratio first. Each line states the ratio and whether the filter is overconfident.
+    """Return one line of text for each state whose error is too large, largest ratio first.
 
+    Each line states the error ratio of a three-axis state and whether the filter is overconfident.
     If only the NEES fails, the result is one line on the filter as a whole.
     """
     lines = []
@@ -300,8 +301,9 @@ def describe_failures(verification: Verification) -> list[str]:
 
 
 def describe_power(verification: Verification) -> str:
-    """Describe the error ratio that the runs can detect and the probability of rejecting a valid
-    plan.
+    """Describe the power of the statistical tests and their false-alarm probability.
+
+    The power is stated as the error ratio that the runs detect.
     """
     return (
         f"Power of the test: a plan whose actual 1-sigma is {verification.detectable_ratio:.2f} "

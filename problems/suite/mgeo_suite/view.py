@@ -40,7 +40,7 @@ class SuiteView(View):
 
     @cached_property
     def choices(self) -> Ints:
-        """Index of the selected option at each mounting place, with one row per design.
+        """Index of the option selected for each instrument mounting place, with one row per design.
 
         The shape is (n, n_places).
         """
@@ -64,7 +64,7 @@ class SuiteView(View):
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """Results of the Kalman filter along the maneuvers of each design."""
+        """Results of the Kalman filter for the instruments and maneuvers of each design."""
         return self.problem.run_filter(self.X)
 
     def describe(self) -> pd.DataFrame:
@@ -150,7 +150,10 @@ class SuiteView(View):
         return build_constraint_tables(bounds, violations.reshape(len(self.X), len(bounds)))
 
     def figures(self) -> dict[str, go.Figure]:
-        """Draw accuracy versus price ("front") and the selected sensors ("sensors")."""
+        """Draw two figures of all designs: accuracy versus price, and the selected sensors.
+
+        The keys of the figures are ``front`` and ``sensors``.
+        """
         from mgeo_suite.figures import draw_figures
 
         price = self.resources[:, 0]

@@ -124,7 +124,7 @@ def add_states(
 
 
 def list_addable_states(scenario: Scenario) -> dict[str, str]:
-    """List the states that can be added to a scenario.
+    """List the calibration parameters that a scenario does not estimate but could estimate.
 
     The dict maps names such as ``mag.scale_factor`` to the scenario keys that add the states.
     """
@@ -142,7 +142,7 @@ def list_addable_states(scenario: Scenario) -> dict[str, str]:
 def list_addable_sensitivities(
     scenario: Scenario, housekeeping: Mapping[str, Floats]
 ) -> dict[str, tuple[BiasSensitivity, ...]]:
-    """List the bias sensitivities, for example to a temperature, that can be added to a scenario.
+    """List the bias sensitivities that a scenario can add, such as a temperature dependence.
 
     The dict maps names such as ``mag.temp`` to bias sensitivities.
     """

@@ -165,7 +165,10 @@ def fit(batch: Batch, prior: PriorEstimate, gate: float) -> Fit:
 def _fit_held_attitude(
     batch: Batch, prior: PriorEstimate, trajectory: Trajectory, gate: float
 ) -> Fit:
-    """Fit the whole batch at once, starting from the assumed attitude of the satellite."""
+    """Smooth a whole batch of telemetry from a satellite that is assumed to hold an attitude.
+
+    The assumed attitude is the initial guess at all samples.
+    """
     validate_vector_lengths(batch)
     result = fit_from_trajectory(
         batch, prior, trajectory, gate, is_rejected=find_outlying_lengths(batch)
@@ -227,8 +230,10 @@ def fit_from_trajectory(
 
 
 def _count_drift_samples(batch: Batch) -> int:
-    """Return the number of samples over which the attitude can be propagated before the gyro's rate
-    random walk causes a 1-sigma rotation of `_MAX_WALK_ROTATION`.
+    """Return the number of samples over which gyro propagation of the attitude is accurate.
+
+    After more samples, the rate random walk of the gyro causes a 1-sigma rotation larger than
+    `_MAX_WALK_ROTATION`.
     """
     walk = float(np.linalg.norm(batch.suite.gyro.effective_rate_random_walk))
     if not walk:
@@ -238,8 +243,7 @@ def _count_drift_samples(batch: Batch) -> int:
 
 
 def compute_gate_thresholds(suite: Suite, gate: float) -> Floats:
-    """Return the outlier threshold of each sensor for the normalized squared residuals of its
-    readings.
+    """Return the normalized squared residual above which a sensor's reading is an outlier.
 
     The thresholds are quantiles of the chi-square distribution.
 
@@ -294,8 +298,10 @@ def check_fit(result: Fit, prior: PriorEstimate, gate: float) -> None:
 
 
 def _describe_divergence(solution: Solution, prior: PriorEstimate) -> str:
-    """Describe a diverging fit by the state farthest from its prior and the largest attitude change
-    in the last iteration.
+    """Describe a fit that does not converge, for an error message.
+
+    The text states the parameter farthest from its prior and the largest attitude change in the
+    last iteration.
     """
     suite, estimate = solution.batch.suite, solution.estimate
     difference = prior.compute_difference(estimate.attitude[0], estimate.states[0])
@@ -339,12 +345,11 @@ def _extend_trajectory(
     new_interval: tuple[int, int],
     arcs: np.ndarray,
 ) -> Trajectory:
-    """Initialize a trajectory at the new samples of an extended interval, in place, and return the
-    trajectory.
+    """Set initial values of the attitude and the states at the new samples of an interval.
 
-    States are copied from the nearest old sample, with decay toward zero for random processes. The
-    attitude is propagated with the gyro. In an arc without estimates, the attitude follows from
-    Wahba's problem.
+    The trajectory is modified in place. States are copied from the nearest old sample, with decay
+    toward zero for random processes. The attitude is propagated with the gyro. In an arc without
+    estimates, the attitude follows from Wahba's problem.
     """
     (low, high), (left, right) = old_interval, new_interval
     states, attitude = trajectory.states, trajectory.attitude
@@ -379,8 +384,9 @@ def _extend_trajectory(
 
 
 def _estimate_attitude(batch: Batch, states: Floats) -> Floats:
-    """Estimate the attitude at all samples from Wahba's problem and the gyro rates. If Wahba's
-    problem has no solution, the first attitude is the identity.
+    """Estimate the attitude at all samples from Wahba's problem and the gyro rates.
+
+    If Wahba's problem has no solution, the first attitude is the identity.
     """
     try:
         return estimate_initial_attitude(batch, states)[0]

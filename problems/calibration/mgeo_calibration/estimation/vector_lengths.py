@@ -50,7 +50,9 @@ def find_outlying_lengths(batch: Batch) -> Bools:
 
 
 def validate_vector_lengths(batch: Batch) -> None:
-    """Raise ValueError if a Sun sensor declared with three noisy components reports unit vectors.
+    """Raise ValueError if a Sun sensor reports unit vectors but is declared with three-axis noise.
+
+    Noise along all three axes would change the lengths of the vectors.
 
     Parameters
     ----------
