@@ -20,7 +20,7 @@ def visit_inline(translator: Any, node: nodes.math) -> None:
 def visit_block(translator: Any, node: nodes.math_block) -> None:
     """Write an equation with its number at the right and a link to the equation."""
     body = translator.body
-    body.append(translator.starttag(node, "div", CLASS="math"))
+    body.append('<div class="math">')  # without the identifier, which the wrapper has
     if node["number"]:
         number = get_node_equation_number(translator, node)
         body.append(f'<span class="eqno">({number})')

@@ -39,17 +39,27 @@ def build_figure_node(figure: Any, name: str, docname: str) -> nodes.raw:
     library = "../" * docname.count("/") + LIBRARY
     script = f'<script src="{library}"></script>'
     named = f'<div role="figure" aria-label="{escape(format_label(figure))}">{text}</div>'
-    fallback = (
-        f"<noscript>{escape(format_label(figure))}: this figure requires JavaScript.</noscript>"
-    )
+    fallback = "<noscript>This figure requires JavaScript.</noscript>"
     classes = "plotly-box" + (" fits-phone" if has_free_sides(figure) else "")
-    return nodes.raw("", f'<div class="{classes}">{script}{named}{fallback}</div>', format="html")
+    return nodes.raw(
+        "",
+        f'<div class="{classes}">{script}{_build_caption(figure)}{named}{fallback}</div>',
+        format="html",
+    )
 
 
 def has_free_sides(figure: Any) -> bool:
     """Return whether no legend is beside the plot, so that the plot fits a narrow screen."""
     layout = _layout(figure)
     return layout.get("showlegend") is False or layout.get("legend", {}).get("orientation") == "h"
+
+
+def _build_caption(figure: Any) -> str:
+    """Return the title as HTML, which replaces the title of the drawing on narrow screens, because
+    it wraps.
+    """
+    text = _get_text(_layout(figure), "title", "text")
+    return f'<p class="plotly-title" aria-hidden="true">{text}</p>' if text else ""
 
 
 def _layout(figure: Any) -> dict[str, Any]:
@@ -63,14 +73,25 @@ def format_label(figure: Any) -> str:
     """Return the title of a figure, or the titles of its axes if there is none."""
     layout = _layout(figure)
 
-    def text(*path: str) -> str:
-        value: Any = layout
-        for key in path:
-            value = value.get(key) or {} if isinstance(value, dict) else {}
-        return re.sub("<.*?>", " ", value) if isinstance(value, str) else ""
+    def find_axis_title(direction: str) -> str:
+        axes = sorted(key for key in layout if key.startswith(f"{direction}axis"))
+        titles = [_get_text(layout, axis, "title", "text") for axis in axes]
+        return next((_remove_tags(title) for title in titles if title), "")
 
-    title = text("title", "text").strip()
-    return title or f"{text('yaxis', 'title', 'text')} against {text('xaxis', 'title', 'text')}"
+    title = _remove_tags(_get_text(layout, "title", "text"))
+    titles = [each for each in (find_axis_title("y"), find_axis_title("x")) if each]
+    return title or " against ".join(titles) or "figure"
+
+
+def _get_text(layout: dict[str, Any], *path: str) -> str:
+    value: Any = layout
+    for key in path:
+        value = value.get(key) or {} if isinstance(value, dict) else {}
+    return value if isinstance(value, str) else ""
+
+
+def _remove_tags(text: str) -> str:
+    return re.sub("<.*?>", " ", text).strip()
 
 
 class PlotlyFigure(SphinxDirective):

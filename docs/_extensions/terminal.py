@@ -59,9 +59,9 @@ def terminal(options: str, cell: str) -> None:
 
 
 def save(name: str, cell: str) -> None:
-    """Write a cell to a file, and show the cell."""
+    """Write a cell to a file, and show the name and content of the file."""
     Path(name).write_text(cell, encoding="utf-8")
-    _show((Path(name).suffix[1:], cell.strip()))
+    _show((Path(name).suffix[1:], cell.strip()), caption=f"`{name}`:\n\n")
 
 
 def run_command(command: str, fails: bool = False) -> str:
@@ -131,8 +131,8 @@ def _read(terminal: int) -> bytes:
         return b""
 
 
-def _show(*blocks: tuple[str, str]) -> None:
+def _show(*blocks: tuple[str, str], caption: str = "") -> None:
     from IPython.display import display
 
     text = "\n\n".join(f"```{language}\n{text}\n```" for language, text in blocks)
-    display({"text/markdown": text}, raw=True)
+    display({"text/markdown": caption + text}, raw=True)

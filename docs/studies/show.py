@@ -60,7 +60,8 @@ def size(name: str) -> Markdown:
         f"Results on this page: **{evaluations:,} evaluations{each}, {seeds} seeds**, "
         f"{sum(data['runs_finished'] for data in provenance):,} runs"
         + (f" and {failed} failed runs" if failed else "")
-        + f"; {max(data['written'] for data in provenance)[:10]}, with {versions}."
+        + f"; {max(data['written'] for data in provenance)[:10]}, with {versions}, "
+        "the versions at that time."
     )
     if (evaluations, seeds) != (study.evaluations, len(study.seeds)):
         text += (

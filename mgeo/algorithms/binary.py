@@ -55,7 +55,7 @@ class MGEOCanonical(BitStrings):
     Parameters
     ----------
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
-        or "a-geo1" or "a-geo2" for a tau that adapts during the run (`mgeo.algorithms.selection`).
+        or "a-geo1" or "a-geo2" for a tau that adapts during the run.
     n_walkers : number of independent walkers (n_i re-initializations in the papers).
     bits : bits of each real variable, 1 to 52: one number, or one per variable. Integers, binary
         variables and choices use the smallest sufficient number of bits.

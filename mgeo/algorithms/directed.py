@@ -49,13 +49,12 @@ class MGEODirected(DirectedMoves):
       local optimum.
 
     In long runs, after 2,000 evaluations per variable, half of the walkers draw their candidates
-    from a normal distribution with an adaptive covariance (`mgeo.algorithms.matrix_adaptation`).
+    from a normal distribution with an adaptive covariance.
 
     Variables can be real or, with `Problem(vars=...)`, also integer, binary or choices. The steps
-    of integer and binary variables are rounded, and a choice takes the option of another good point
-    (`mgeo.algorithms.steps`). A generation takes n_walkers x min(n_var, max_candidates)
-    evaluations. The search does not depend on the termination. With a single objective, all walkers
-    minimize this objective.
+    of integer and binary variables are rounded, and a choice takes the option of another good
+    point. A generation takes n_walkers x min(n_var, max_candidates) evaluations. The search does
+    not depend on the termination. With a single objective, all walkers minimize this objective.
 
     Parameters
     ----------
@@ -73,8 +72,8 @@ class MGEODirected(DirectedMoves):
         variable: each Gaussian or difference step of a walker changes a variable of its own, and
         sometimes others too.
     bounds : treatment of steps beyond the bounds: "clip" to the bound, "reflect" at the bound, or
-        "resample" until the step stays inside (`mgeo.algorithms.steps`). "auto" reflects if the
-        problem has equality constraints, and clips otherwise.
+        "resample" until the step stays inside. "auto" reflects if the problem has equality
+        constraints, and clips otherwise.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         options of every pymoo algorithm: `termination` (5000 // n_walkers generations by default),
         `callback`, `output`, `verbose`, `seed`, `save_history`, ...

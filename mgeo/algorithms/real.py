@@ -111,13 +111,13 @@ class MGEOReal(RealVectors):
     ----------
     sigma : standard deviation of the step, > 0: a number, or one per variable.
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
-        or "a-geo1" or "a-geo2" for a tau that adapts during the run (`mgeo.algorithms.selection`).
+        or "a-geo1" or "a-geo2" for a tau that adapts during the run.
     n_walkers : number of independent walkers (n_i re-initializations in the papers).
     perturbation : meaning of sigma: "absolute", in the unit of the variable; "relative", a fraction
         of its value (a variable at zero stays there); "range", a fraction of the width of its
         bounds (for variables of different units).
     bounds : treatment of steps beyond the bounds: "clip" to the bound, as published, "reflect" at
-        the bound, or "resample" until the step stays inside (`mgeo.algorithms.steps`).
+        the bound, or "resample" until the step stays inside.
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
         and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and options of every
         pymoo algorithm: `termination` (5000 // n_walkers generations by default), `seed`, ...

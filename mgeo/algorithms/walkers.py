@@ -41,7 +41,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     Parameters
     ----------
-    tau : selection pressure, >= 0; or the name of a rule of `mgeo.algorithms.selection`.
+    tau : selection pressure, >= 0; or "a-geo1" or "a-geo2" for a tau that adapts during the run.
     restart : "never", or the new start of a walker without progress: a "random" point, or a point
         of the "archive". Progress is a candidate that enters the archive or improves on the best
         value of the walker in any objective.

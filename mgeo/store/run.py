@@ -38,7 +38,7 @@ class RunConfiguration(Table):
     options : dict
         Options of the problem as JSON values, such as the keys of a scenario.
     algorithm : str
-        Name of the algorithm; see `mgeo.runs.algorithms`.
+        Name of the algorithm, as the command ``mgeo algorithms`` lists it.
     parameters : dict
         Parameters of the algorithm as JSON values.
     evaluations : int

@@ -66,7 +66,7 @@ def test_searches_with_actuators_have_ramps(name, evaluations, folder):
     run(f"mgeo solve attitude --scenario docs/scenarios/{name}.toml {options}")
     run(f"mgeo report runs/{name}")
     assert "ramp to maneuver 1" in run(
-        f"mgeo attitude show runs/{name} --pick min-trace --section phases"
+        f"mgeo attitude show runs/{name} --pick min-trace --section attitudes"
     )
 
 
@@ -79,7 +79,7 @@ def test_infeasible_scenarios(folder):
     printed = run("mgeo solve attitude --scenario beyond.toml --out runs/beyond", codes=(3,))
     assert "sun misalignment" in printed
     solve = "mgeo solve attitude --scenario tight.toml --evaluations 960 --out runs/tight"
-    assert re.search(r"(?i)relax[^.]*(wheel momentum|required 1-sigma)", run(solve, codes=(3,)))
+    assert re.search(r"Relax (wheel momentum|1-sigma of attitude)", run(solve, codes=(3,)))
     assert Path("runs/tight/nearest.csv").is_file()
     run("mgeo attitude show runs/tight --solution 0")
     run("mgeo report runs/tight")

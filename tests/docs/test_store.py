@@ -31,10 +31,21 @@ population = 20
 
 
 def test_the_study_file_of_the_page_on_studies_is_read():
-    (text,) = blocks("studies/README.md", "toml")
+    text, _ = blocks("studies/README.md", "toml")
     study = parse_study(text, STUDIES)
     assert study.compute_budget(study.problems[0].build())[0] == 20_000
     assert study.control in [algorithm.label for algorithm in study.algorithms]
+
+
+@pytest.mark.slow
+def test_study_on_the_class_of_the_page_on_studies_runs(tmp_path, monkeypatch):
+    (module,) = blocks("studies/README.md", "python")
+    _, text = blocks("studies/README.md", "toml")
+    (tmp_path / "mast.py").write_text(module)
+    monkeypatch.syspath_prepend(tmp_path)
+    study = parse_study(text.replace("2_000", "200").replace("seeds = 5", "seeds = 2"), tmp_path)
+    (comparison,) = run_study(study, tmp_path / "out", progress=False, n_jobs=1).values()
+    assert (comparison.select_final_rows()["hypervolume"] > 0.0).all()
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from typing import Any, NotRequired
 from mgeo_attitude.documents import ObjectiveRow
 from typing_extensions import TypedDict
 
-from mgeo.validation.documents import Document
+from mgeo.validation.documents import Document, extensible
 from mgeo_calibration.calibration.consistency_tests import Failure, PriorTest, SensorTest
 from mgeo_calibration.calibration.model_tests import ModelTest
 
@@ -223,11 +223,13 @@ class RequirementRow(TypedDict):
     """Whether the calibration is consistent and its 1-sigma satisfies the requirement."""
 
 
+@extensible
 class Correction(TypedDict):
     """Parameters that the satellite uses to correct the readings of one gyro or sensor.
 
     A sensor reports R (I + diag k + N) s + b for a vector s in the body frame. Parameters that the
-    scenario does not estimate are left out.
+    scenario does not estimate are left out. If errors depend on housekeeping channels or on the
+    rate, their coefficients are further keys.
     """
 
     dcm: NotRequired[list[list[float]]]
@@ -246,6 +248,12 @@ class Correction(TypedDict):
     """Unit of the readings."""
     correction: NotRequired[list[list[float]]]
     """Matrix C of the correction s = C (report - b), if k or N is estimated."""
+    latency_s: NotRequired[float]
+    """Latency of the readings: the time of measurement is the time stamp minus the latency."""
+    gain: NotRequired[float]
+    """Gain of a photodiode, by which its readings are divided."""
+    normal: NotRequired[list[float]]
+    """Unit vector of the normal of a photodiode, in body axes."""
 
 
 class TestRow(TypedDict):

@@ -2,11 +2,14 @@
 
 from types import SimpleNamespace
 
+import jsonschema
 import numpy as np
 import pytest
-from mgeo_attitude import Suite
+from mgeo_attitude import Scenario, Suite
 from mgeo_calibration.calibration.corrections import compute_corrections
 from scipy.spatial.transform import Rotation
+
+from mgeo.validation.documents import collect_documents
 
 from ...attitude.filter.suites import SUITES
 
@@ -37,3 +40,18 @@ def test_corrections_invert_measurement_model(name):
         correction = np.array(entry.get("correction", np.transpose(entry.get("dcm", np.eye(3)))))
         found = (report - entry["bias"]) @ correction.T / factor
         np.testing.assert_allclose(found, vectors, rtol=0, atol=1e-14)
+
+
+def test_corrections_satisfy_the_schema_of_the_document():
+    sensors = [
+        {"kind": "photodiode", "normal": [1.0, 0.0, 0.0]},
+        {"kind": "magnetometer", "initial_latency_s": 0.5, "initial_scale_factor": 0.01},
+    ]
+    suite = Scenario.from_dict({"preset": "cubesat_1u", "sensors": sensors}).suite
+    corrections = compute_corrections(suite, np.zeros(suite.n_states))
+    definitions = collect_documents()["calibration.json"].build_schema()["$defs"]
+    correction = definitions["Correction"]
+    for entry in corrections.values():
+        jsonschema.validate(entry, {**correction, "$defs": definitions})
+    described = correction["properties"]
+    assert {"latency_s", "correction"} <= corrections["mag"].keys() <= described.keys()

@@ -157,7 +157,11 @@ def export(
     ] = "1.0",
     aem_rates: Annotated[
         str,
-        typer.Option(metavar="given|none", help="AEM: none omits the body rates."),
+        typer.Option(
+            metavar="given|none",
+            help="AEM: none omits the rates, which are derivatives of the quaternion in version "
+            "1.0, and body rates in version 2.0.",
+        ),
     ] = "given",
     aem_frame: Annotated[
         str, typer.Option(metavar="GCRF|EME2000", help="AEM: REF_FRAME_A, the inertial frame.")

@@ -182,8 +182,10 @@ class Calibration:
         body to sensor, scalar last. ``scale_factor`` is k. ``nonorthogonality`` contains the
         elements yz, zx and xy of the symmetric N with zero diagonal. ``bias`` is b in the unit
         ``unit`` of the readings. If k or N is estimated, ``correction`` is the matrix C = (I + diag
-        k + N)⁻¹ Rᵀ of the correction s = C (report - b). Parameters that the scenario does not
-        estimate and parameters that vary are omitted.
+        k + N)⁻¹ Rᵀ of the correction s = C (report - b). ``latency_s`` is the time stamp of a
+        reading minus the time of its measurement [s]. A photodiode has its ``gain`` and the unit
+        vector ``normal``. Parameters that the scenario does not estimate and parameters that vary
+        are omitted.
         """
         return compute_corrections(self.suite, self.states)
 
