@@ -64,13 +64,13 @@ class MGEODirected(DirectedMoves):
         walkers have mixed weights.
     momentum : probability of a step with momentum if the candidate is not a recombination, in
         [0, 1]. Two values: for walkers with mixed weights, and for walkers that minimize a single
-        objective. The latter take such a step only if the archived point is near: in each variable
-        within a fifth of the width of the bounds from the walker.
+        objective. The latter take such a step only if the archived point is near: no variable
+        differs from that of the walker by more than a fifth of its range, upper minus lower bound.
     difference : probability of a difference step if the candidate is neither a recombination nor a
         step with momentum, in [0, 1]. Two values, as for momentum.
     max_candidates : largest number of candidates per walker and generation, at most one per
-        variable: each Gaussian or difference step of a walker changes a variable of its own, and
-        sometimes others too.
+        variable. Each Gaussian or difference step of a walker certainly changes one variable, a
+        different one for each candidate, and changes the other variables at random.
     bounds : treatment of steps beyond the bounds: "clip" to the bound, "reflect" at the bound, or
         "resample" until the step stays inside. "auto" reflects if the problem has equality
         constraints, and clips otherwise.

@@ -116,8 +116,8 @@ EXIT_CODES: Mapping[ExitCode, str] = {
     ExitCode.SUCCESS: "success",
     ExitCode.ERROR: "error in mgeo or in a problem; --debug prints the traceback",
     ExitCode.BAD_INPUT: "invalid input (options, files, plugins), or a full disk",
-    ExitCode.INCOMPLETE: "no feasible solution, a failed run of a study, or a plan, "
-    "calibration or filter that does not pass its test",
+    ExitCode.INCOMPLETE: "no feasible solution, a failed run of a study, or a failed test "
+    "by a command such as mgeo attitude verify",
     ExitCode.INTERRUPTED: "interrupted by Ctrl-C; the results so far are saved",
     ExitCode.TERMINATED: "ended by SIGTERM; the results so far are saved",
 }

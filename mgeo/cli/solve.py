@@ -117,7 +117,7 @@ def solve(
             metavar="N",
             rich_help_panel="Search",
             help="Number of initial designs that the problem suggests, included in --evaluations "
-            "[default: chosen by the problem; see --refine].",
+            "[default: chosen by the problem, or 0; see --refine].",
         ),
     ] = None,
     refine: Annotated[
@@ -125,9 +125,9 @@ def solve(
         typer.Option(
             "--refine/--no-refine",
             rich_help_panel="Search",
-            help="Refine the front by a local search after these evaluations [default: chosen by "
-            "the problem. A run with --robust, --evaluations, --algorithm, --walkers or --set has "
-            "neither initial designs nor refinement.]",
+            help="Refine the front by a local search after all evaluations [default: chosen by "
+            "the problem; off, and without initial designs, if --robust, --evaluations, "
+            "--algorithm, --walkers or --set is given].",
         ),
     ] = None,
     max_time: MaxTime = None,

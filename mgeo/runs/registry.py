@@ -47,10 +47,10 @@ _DIRECTIONS_AND_SIZE = (*_REFERENCE_DIRECTIONS, *_POPULATION_SIZE)
 #: Kinds of candidates of `mgeo.MGEODirected`, in the order in which they are drawn.
 _CANDIDATES = (
     "A candidate is a recombination of two good points (archived points, or best points of "
-    "walkers); if not that, a step with momentum, which continues the step to the walker's best "
-    "point and moves towards an archived point; if not that, a difference step, along the "
-    "difference of two good points; or else a Gaussian step. The share of recombination adapts to "
-    "its success."
+    "walkers); if not that, a step with momentum, the sum of a random multiple of the step that "
+    "led to the walker's best point and a random fraction of the way to an archived point; if not "
+    "that, a difference step, along the difference of two good points; or else a Gaussian step. "
+    "The share of recombination adapts to its success."
 )
 
 

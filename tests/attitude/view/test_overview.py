@@ -99,7 +99,7 @@ def test_front_table_has_robust_values_first_and_further_objectives_last():
     view = problem.view([DESIGN])
     table = view.front_table()
     np.testing.assert_array_equal(table.iloc[:, [0, 1, -1]], view.F)
-    assert table["attitude 1-sigma [deg]"].iloc[0] == pytest.approx(
+    assert table["predicted attitude 1-sigma [deg]"].iloc[0] == pytest.approx(
         np.degrees(view.sigma[0, :3].max())
     )
 
@@ -137,6 +137,16 @@ def test_warning_if_a_constraint_is_violated_after_convergence():
     margins = view.constraints()[0]["margin"].filter(regex="camera .*")
     violated = [name for name, margin in margins.items() if "hold" in name and margin < 0.0]
     assert bool(find_warnings(view, "in the constant-rate hold")) == bool(violated)
+
+
+def test_each_row_of_a_path_constraint_names_its_phase():
+    maneuvers = {"count": 3, "max_acceleration_deg_s2": 0.05, "slew_back": True}
+    options = {"path_constraints": [CAMERA], "monte_carlo": {"n_runs": 4}}
+    view = build_plan(**options, maneuvers=maneuvers).view
+    section = view.overview()["constraints"]
+    labels = [label for label in section.table.index if "camera" in label]
+    assert {label.partition(" in the ")[2] for label in labels} == {"maneuvers", "slew back"}
+    assert "4 Monte Carlo runs" in section.note
 
 
 @pytest.mark.parametrize("rule", ["required", "end"])

@@ -88,3 +88,15 @@ def test_each_bound_of_a_constraint_is_described():
     description = describe_satellite(AttitudeManeuverProblem(scenario))["constraint"]
     assert "1-sigma of attitude at most 0.17 deg" in description
     assert "1-sigma of gyro bias at most 2 deg/h" in description
+
+
+def test_actuators_and_slew_back_are_described_if_present():
+    paper = describe_satellite(AttitudeManeuverProblem(Scenario.paper()))
+    assert {"actuators", "slew back"}.isdisjoint(paper)
+    wheels = {"inertia": [0.13, 0.1, 0.05], "max_torque": 1e-3, "max_momentum": 3e-3}
+    maneuvers = {"slew_back": True, "max_rate_deg_s": 0.7}
+    scenario = Scenario.from_dict({"preset": "paper", "wheels": wheels, "maneuvers": maneuvers})
+    description = describe_satellite(AttitudeManeuverProblem(scenario))
+    assert description["actuators"] == "wheels"
+    assert "slew back" in description
+    assert "0.7 deg/s" in description["body rates"]

@@ -24,8 +24,13 @@ from mgeo_attitude.maneuvers.motion import (
     Phase,
 )
 from mgeo_attitude.maneuvers.schedule import get_durations
+from mgeo_attitude.scenario.scenario import Scenario
 from mgeo_attitude.sensors.suite import list_block_units
 from mgeo_attitude.trajectory.trajectory import Trajectory
+from mgeo_attitude.view.margins import (
+    INTERVALS_AFTER_CONVERGENCE,
+    has_constraints_after_convergence,
+)
 from mgeo_attitude.view.plans import MONTE_CARLO_SHARE, Plans
 from mgeo_attitude.view.summaries import describe_ends
 
@@ -53,11 +58,44 @@ def build_overview(plans: Plans) -> dict[str, Section]:
     text += _describe_omitted_maneuvers(plans, maneuvers)
     sections = {"end": Section("", (text.strip(),)), "accuracy": _build_accuracy_section(plans)}
     if len(constraints):
-        section = build_constraint_section(constraints)
-        sections["constraints"] = replace(section, full_command=_SHOW_COMMAND)
+        section = build_constraint_section(_add_phases(constraints, plans.problem.scenario))
+        sections["constraints"] = replace(
+            section,
+            full_command=_SHOW_COMMAND,
+            note=_describe_constraint_values(plans.problem.scenario),
+        )
     note = _describe_phases(plans, maneuvers)
     sections["maneuvers"] = Section("Maneuver", (), maneuvers, note, _DECIMALS, MAX_ROWS)
     return sections
+
+
+def _add_phases(constraints: pd.DataFrame, scenario: Scenario) -> pd.DataFrame:
+    """Add "in the maneuvers" to each constraint that further rows apply to later phases."""
+    constraints = constraints.rename(
+        index={each.bound_label: each.label for each in scenario.path_constraints}
+    )
+    labels = set(constraints.index)
+
+    def add_phase(label: str) -> str:
+        is_repeated = any(f"{label} {later}" in labels for later in INTERVALS_AFTER_CONVERGENCE)
+        return f"{label} in the maneuvers" if is_repeated else label
+
+    return constraints.rename(index=add_phase)
+
+
+def _describe_constraint_values(scenario: Scenario) -> str:
+    sentences, settings = [], scenario.monte_carlo
+    if settings is not None:
+        share = settings.constraint_share
+        part = "" if share == 1.0 else f"the best {100.0 * share:g} % of "
+        later = "; hold and slew back: nominal run"
+        sentences.append(
+            f"Value: worst of {part}the {settings.n_runs} Monte Carlo runs"
+            f"{later if has_constraints_after_convergence(scenario) else ''}."
+        )
+    if any(each.attitude_sigmas for each in scenario.path_constraints):
+        sentences.append("Angles include the margin for the attitude error.")
+    return " ".join(sentences)
 
 
 def _describe_robust_values(plans: Plans) -> str:
@@ -65,13 +103,13 @@ def _describe_robust_values(plans: Plans) -> str:
     if settings is None:
         return ""
     if settings.mean:
-        return f"Robust values are means over {settings.n_runs} Monte Carlo runs. "
+        return f"Robust values (last table) are means over {settings.n_runs} Monte Carlo runs. "
     text = (
-        f"Robust values are not exceeded in {100.0 * settings.quantile:g} % of the "
+        f"Robust values (last table): not exceeded in {100.0 * settings.quantile:g} % of the "
         f"{settings.n_runs} Monte Carlo runs of the search"
     )
     if settings.quantile > MONTE_CARLO_SHARE:  # The search prefers plans that suit its own runs.
-        text += f", so that they hold in {100.0 * MONTE_CARLO_SHARE:g} % of other runs"
+        text += f", and in at least {100.0 * MONTE_CARLO_SHARE:g} % of new runs"
     return f"{text}. "
 
 
@@ -80,15 +118,15 @@ def _build_accuracy_section(plans: Plans) -> Section:
     if len(table) > MAX_ROWS:  # Attitude first, then the quantities with the smallest reduction.
         order = (table["predicted"] / table["before"]).iloc[1:].sort_values(ascending=False).index
         table, max_rows = table.loc[[table.index[0], *order]], _MAX_QUANTITIES
-    other = "other " if plans.problem.scenario.monte_carlo else ""
+    new = "new " if plans.problem.scenario.monte_carlo else ""
     note = (
-        f"90 % of runs: not exceeded in 90 % of {plans.n_monte_carlo_runs} {other}Monte Carlo runs "
-        "with random errors of attitude and rates. "
+        f"90 % of runs: not exceeded in 90 % of {plans.n_monte_carlo_runs} {new}Monte Carlo runs "
+        "with attitude and rate errors. "
     )
     if plans.problem.scenario.is_magnetorquer_driven:
         note += "Predicted: root mean square of these runs. "
     note += (
-        "Ratio: predicted / lower bound for this duration."
+        "Ratio: predicted / lower bound for any maneuver of this duration."
         if "lower bound" in table
         else "No lower bound can be proved for this scenario."
     )
@@ -213,7 +251,8 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
         ``converges after [s]``; ``attitude 1-sigma [deg]`` about the worst body axis;
         ``weighted trace [-]`` of the covariance; ``trace / bound [-]``, its ratio to the lower
         bound, if one can be proved; and further objectives. If the scenario has Monte Carlo runs,
-        ``robust time [s]`` and ``robust trace [-]`` replace time, trace and ratio.
+        ``robust time [s]`` and ``robust trace [-]`` replace time, trace and ratio, and the
+        accuracy is named ``predicted attitude 1-sigma [deg]``, because it is not robust.
     """
     problem, result = plans.problem, plans.nominal
     event = "ends after" if problem.model.rule in ("end", "required") else "converges after"
@@ -228,7 +267,7 @@ def build_front_table(plans: Plans) -> pd.DataFrame:
     if problem.scenario.monte_carlo:
         robust = {"t_end": "robust time [s]", "trace": "robust trace [-]"}
         columns = {robust[key]: F for key, F in objectives.items() if key in robust}
-        columns["attitude 1-sigma [deg]"] = sigma_deg
+        columns["predicted attitude 1-sigma [deg]"] = sigma_deg
     else:
         with suppress(NoLowerBoundError):
             bounds = problem.lower_bound.evaluate_trace(result.t_end)

@@ -33,9 +33,9 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
     """Describe a satellite and its scenario by short texts, keyed by topic.
 
     The topics are satellite, time span, orbit, ascending node, Sun, eclipses, magnetic field,
-    maneuvers, convergence, Monte Carlo runs, constraints and initial errors. Path constraints and
-    wheel budgets include the margin if the satellite holds its initial attitude. The computation
-    takes about 0.1 s.
+    maneuvers, body rates, actuators, slew back, convergence, Monte Carlo runs, constraints and
+    initial errors. Path constraints and wheel budgets include the margin if the satellite holds its
+    initial attitude. The computation takes about 0.1 s.
     """
     scenario, environment = problem.scenario, problem.environment
     end = _compute_end(scenario)
@@ -48,7 +48,7 @@ def describe_satellite(problem: AttitudeManeuverProblem) -> dict[str, str]:
         "Sun": _describe_sun(environment),
         "eclipses": _describe_eclipses(scenario, environment),
         "magnetic field": _describe_field(environment),
-        "maneuvers": _describe_maneuvers(scenario),
+        **_describe_maneuvers(scenario),
     }
     if scenario.monte_carlo is not None:
         topics["Monte Carlo runs"] = _describe_monte_carlo(scenario.monte_carlo)
@@ -129,18 +129,22 @@ def _describe_field(environment: Environment) -> str:
     return f"{strength.min():,.0f} to {strength.max():,.0f} nT"
 
 
-def _describe_maneuvers(scenario: Scenario) -> str:
+def _describe_maneuvers(scenario: Scenario) -> dict[str, str]:
     limits = scenario.maneuvers
-    text = f"up to {limits.count}, each with three body rates and a duration; at most "
-    text += f"{limits.max_rate_deg_s:g} deg/s"
+    rates = f"at most {limits.max_rate_deg_s:g} deg/s"
     if limits.max_acceleration_deg_s2 is not None:
-        text += f" and {limits.max_acceleration_deg_s2:g} deg/s²"
-    text += " about each body axis"
+        rates += f" and {limits.max_acceleration_deg_s2:g} deg/s²"
+    topics = {
+        "maneuvers": f"up to {limits.count}, each with three body rates and a duration",
+        "body rates": f"{rates} about each axis",
+    }
     if scenario.is_magnetorquer_driven:
-        text += ", by magnetorquers"
+        topics["actuators"] = "magnetorquers"
     elif scenario.wheels:
-        text += ", by wheels"
-    return text + (", then a slew back" if limits.slew_back else "")
+        topics["actuators"] = "wheels"
+    if limits.slew_back:
+        topics["slew back"] = "to the initial pointing, at the end of the plan"
+    return topics
 
 
 def _describe_constraints(problem: AttitudeManeuverProblem) -> Iterator[str]:

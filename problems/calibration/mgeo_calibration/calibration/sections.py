@@ -330,7 +330,7 @@ def _describe_tests(calibration: Calibration) -> str:
     lines = [
         "- Noise: mean normalized innovation squared (NIS); 1 if noise is as declared.",
         "- Whiteness: largest correlation of innovations; 0 if all errors are modeled.",
-        "- Outliers: share of readings that contradict all others and are rejected.",
+        "- Outliers: share of readings rejected as too far from the fit to all others.",
         "- Prior: p-value of the parameter that is farthest from its initial value.",
         f"- Unmodeled errors: p-value of the most significant of {n_errors} possible errors.",
         f"Probability of a false alarm, all tests together: {100.0 * SIGNIFICANCE:.0f} %.",

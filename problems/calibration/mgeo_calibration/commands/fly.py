@@ -124,7 +124,7 @@ def print_simulation(
         f"Simulated {format_duration(telemetry.times[-1])}, the duration of the scenario, with the "
         f"{simulator} simulator: {len(telemetry.times)} samples."
     )
-    output.print_text(f"Readings: {', '.join(counts)}.")
+    output.print_text(f"Readings: {', '.join(counts)}; none at the epoch.")
     output.print_text(f"Plan: {picked.summary.removeprefix('plan ')}.")
     violations = [f"The plan violates a constraint: {line}." for line in plan.list_violations()]
     output.print_warnings([*list_warnings(plan), *violations])

@@ -124,7 +124,7 @@ def build_sections(
             "The controller knows the attitude only from integrated gyro rates, starting from an "
             "estimate with the initial attitude error. These runs have no part in the verdict. "
             f"maneuvers.max_rate_deg_s = {plan.scenario.maneuvers.max_rate_deg_s:g} limits the "
-            "rate of the plan about each axis."
+            "planned rates; the controller may exceed it."
         )
         title = f"Motion with gyro-based guidance, in {n_runs} other Monte Carlo runs"
         sections.append(Section(title, table=_build_guidance_table(guidance), note=note))
