@@ -12,8 +12,6 @@ from mgeo.plugins.review import Section, find_column_kinds, format_cells
 if TYPE_CHECKING:
     import pandas as pd
 
-_GAP = "  "
-
 
 def format_section(section: Section, width: int = TEXT_WIDTH) -> Iterator[tuple[str, str]]:
     """Yield the title, paragraphs, table and notes of a section as plain text.
@@ -61,8 +59,8 @@ def lay_out_table(
     """Lay out a table as plain text that is not wider than a terminal.
 
     Units are on a line of their own below the names in the column titles. Numbers are aligned to
-    the right. If the columns do not fit side by side, they continue below with the row names
-    repeated.
+    the right. Two spaces separate the columns, or one space if the table fits only in this way. If
+    the columns do not fit side by side, they continue below with the row names repeated.
 
     Parameters
     ----------
@@ -89,17 +87,19 @@ def lay_out_table(
         cell_widths = [max((len(text) for (text,) in column), default=0) for column in cells]
         heads = list(map(_split_name, heads, cell_widths))
         widths = _measure_columns(heads, cells)
+    gap = 1 if _measure_row(widths, 1) <= width < _measure_row(widths) else 2
     longest = max(range(len(widths)), key=lambda j: (kinds[j] == "text") * widths[j])
-    available = width - _measure_row(widths) + widths[longest]
+    available = width - _measure_row(widths, gap) + widths[longest]
     if kinds[longest] == "text" and widths[longest] > max(available, width // 2):
         widths[longest] = max(available, width // 2)
         cells[longest] = [
             textwrap.wrap(text, widths[longest]) or [""] for (text,) in cells[longest]
         ]
     names = [] if isinstance(table.index, pd.RangeIndex) else [0]
-    parts = _split_columns(widths, names, width, len(widths))
+    parts = _split_columns(widths, names, width, len(widths), gap)
     if len(parts) > 1:  # Distribute the columns evenly.
-        parts = _split_columns(widths, names, width, -(-len(widths) // len(parts)) + len(names))
+        n_columns = -(-len(widths) // len(parts)) + len(names)
+        parts = _split_columns(widths, names, width, n_columns, gap)
     result = []
     for part in parts:
         sizes = [widths[j] for j in part]
@@ -107,8 +107,8 @@ def lay_out_table(
         height = max(len(heads[j]) for j in part)
         head = [[""] * (height - len(heads[j])) + heads[j] for j in part]
         body = [[cells[j][i] for j in part] for i in range(len(table))]
-        lines = [_join_cells(row, sizes, are_numbers) for row in body]
-        result.append((_join_cells(head, sizes, are_numbers), "\n".join(lines)))
+        lines = [_join_cells(row, sizes, are_numbers, gap) for row in body]
+        result.append((_join_cells(head, sizes, are_numbers, gap), "\n".join(lines)))
     return result
 
 
@@ -119,12 +119,12 @@ def _measure_columns(heads: Sequence[list[str]], cells: Sequence[Sequence[list[s
     ]
 
 
-def _measure_row(widths: Sequence[int]) -> int:
-    return sum(widths) + len(_GAP) * (len(widths) - 1)
+def _measure_row(widths: Sequence[int], gap: int = 2) -> int:
+    return sum(widths) + gap * (len(widths) - 1)
 
 
 def _split_columns(
-    widths: Sequence[int], first: list[int], width: int, max_columns: int
+    widths: Sequence[int], first: list[int], width: int, max_columns: int, gap: int
 ) -> list[list[int]]:
     """Split the columns of a table into parts that fit a given width.
 
@@ -132,7 +132,7 @@ def _split_columns(
     """
     parts = [[0]]
     for j in range(1, len(widths)):
-        part_width = _measure_row([widths[i] for i in (*parts[-1], j)])
+        part_width = _measure_row([widths[i] for i in (*parts[-1], j)], gap)
         if part_width > width or len(parts[-1]) == max_columns:
             parts.append([*first])
         parts[-1].append(j)
@@ -154,7 +154,7 @@ def _split_name(head: list[str], width: int) -> list[str]:
 
 
 def _join_cells(
-    row: Sequence[list[str]], widths: Sequence[int], are_numbers: Sequence[bool]
+    row: Sequence[list[str]], widths: Sequence[int], are_numbers: Sequence[bool], gap: int
 ) -> str:
     """Format a table row whose cells may have several lines."""
     lines = []
@@ -164,5 +164,5 @@ def _join_cells(
             text.rjust(size) if is_number else text.ljust(size)
             for text, size, is_number in zip(texts, widths, are_numbers, strict=True)
         ]
-        lines.append(_GAP.join(aligned).rstrip())
+        lines.append((" " * gap).join(aligned).rstrip())
     return "\n".join(lines)
