@@ -75,8 +75,8 @@ def solve(
         typer.Option(
             "--robust",
             rich_help_panel="Problem",
-            help="Search for robust solutions, whose predicted values hold in 90 % of new Monte "
-            "Carlo runs with random errors, if the problem supports it.",
+            help="Search for robust solutions, whose predicted values hold in about 90 % of new "
+            "Monte Carlo runs with random errors, if the problem supports it.",
         ),
     ] = False,
     algorithm: Annotated[

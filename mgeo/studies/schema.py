@@ -125,8 +125,8 @@ class StudySettings(Table):
     control: str | None = Field(
         None,
         description="Label of the control algorithm, which is compared with every other algorithm. "
-        "The p values are corrected for these comparisons only. Choose the control before results "
-        "are available.",
+        "On the screen, in reports and in `p_holm_control`, p values are corrected for these "
+        "comparisons only. Choose the control before results are available.",
     )
     published: PublishedTable | None = Field(None, description="Published values.")
 

@@ -403,8 +403,8 @@ class AttitudeManeuverProblem(ProblemMixin, Problem):
         By default these are 512 runs with the quantile 0.95 of each objective; the table
         ``monte_carlo`` of a scenario replaces these settings, with a warning. A search selects
         plans for which its own runs happen to be favorable. Because the quantile is larger than
-        0.9, the predicted value still holds in 90 % of other runs. Searches with fidelity levels
-        start with nominal runs, and then use 16 and 64 of the Monte Carlo runs; see
+        0.9, the predicted value still holds in about 90 % of other runs. Searches with fidelity
+        levels start with nominal runs, and then use 16 and 64 of the Monte Carlo runs; see
         `mgeo.MGEOStaged`.
 
         Returns

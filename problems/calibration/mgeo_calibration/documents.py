@@ -245,7 +245,8 @@ class Correction(TypedDict):
     bias: NotRequired[list[float]]
     """Bias b, in `unit`."""
     unit: NotRequired[str]
-    """Unit of the readings."""
+    """Unit of `bias` and of the readings: deg/s for the gyro, nT for a magnetometer, "-" for Sun
+    and horizon sensors, which measure unit vectors."""
     correction: NotRequired[list[list[float]]]
     """Matrix C of the correction s = C (report - b), if k or N is estimated."""
     latency_s: NotRequired[float]

@@ -109,7 +109,7 @@ def _describe_robust_values(plans: Plans) -> str:
         f"{settings.n_runs} Monte Carlo runs of the search"
     )
     if settings.quantile > MONTE_CARLO_SHARE:  # The search prefers plans that suit its own runs.
-        text += f", and in at least {100.0 * MONTE_CARLO_SHARE:g} % of new runs"
+        text += f", and in about {100.0 * MONTE_CARLO_SHARE:g} % of new runs"
     return f"{text}. "
 
 
