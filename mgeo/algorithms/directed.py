@@ -64,13 +64,14 @@ class MGEODirected(DirectedMoves):
         walkers have mixed weights.
     momentum : probability of a step with momentum if the candidate is not a recombination, in
         [0, 1]. Two values: for walkers with mixed weights, and for walkers that minimize a single
-        objective. The latter take such a step only if the archived point is near: no variable
-        differs from that of the walker by more than a fifth of its range, upper minus lower bound.
+        objective. The latter take such a step only if, in each variable, the archived point is
+        at most a fifth of the width of the bounds away from the walker's current point.
     difference : probability of a difference step if the candidate is neither a recombination nor a
         step with momentum, in [0, 1]. Two values, as for momentum.
-    max_candidates : largest number of candidates per walker and generation, at most one per
-        variable. Each Gaussian or difference step of a walker certainly changes one variable, a
-        different one for each candidate, and changes the other variables at random.
+    max_candidates : largest number of candidates per walker and generation, limited to the number
+        of variables. Each Gaussian or difference step always changes one variable, a different one
+        for each candidate of the walker. It changes each other variable with a probability drawn
+        at random for the step.
     bounds : treatment of steps beyond the bounds: "clip" to the bound, "reflect" at the bound, or
         "resample" until the step stays inside. "auto" reflects if the problem has equality
         constraints, and clips otherwise.

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 #: Example of a test problem for each prefix, with its description.
 EXAMPLES: Mapping[str, str] = {
     "pymoo:zdt1": "problem of pymoo, by its name",
-    "shifted:zdt1": "the same, extended so that no optimum is on a bound",
+    "shifted:zdt1": "zdt1 with wider bounds; no optimum lies on a bound",
     "coco:bbob-biobj/f1/d10/i1": "COCO: suite, function, dimension, instance",
 }
 #: Python distribution that the extra ``coco`` installs.

@@ -65,9 +65,9 @@ def solve(
         typer.Option(
             metavar="FILE.json",
             rich_help_panel="Problem",
-            help="Continue after an earlier result, such as a calibration, whose accuracy becomes "
-            "the initial one, if the problem supports it. A scenario file then contains only the "
-            "options that differ from those of the earlier result.",
+            help="Earlier result, such as a calibration, if the problem supports it. Its accuracy "
+            "becomes the initial accuracy. A scenario file then contains only the options that "
+            "differ from those of the earlier result.",
         ),
     ] = None,
     robust: Annotated[
@@ -75,8 +75,8 @@ def solve(
         typer.Option(
             "--robust",
             rich_help_panel="Problem",
-            help="Search for robust solutions, whose predicted values hold in about 90 % of new "
-            "Monte Carlo runs with random errors, if the problem supports it.",
+            help="Search for robust solutions, whose objectives include random errors and are not "
+            "exceeded in about 90 % of new Monte Carlo runs, if the problem supports it.",
         ),
     ] = False,
     algorithm: Annotated[
@@ -117,7 +117,8 @@ def solve(
             metavar="N",
             rich_help_panel="Search",
             help="Number of initial designs that the problem suggests, included in --evaluations "
-            "[default: chosen by the problem, or 0; see --refine].",
+            "[default: chosen by the problem; 0 if --robust, --evaluations, --algorithm, "
+            "--walkers or --set is given].",
         ),
     ] = None,
     refine: Annotated[
@@ -126,8 +127,8 @@ def solve(
             "--refine/--no-refine",
             rich_help_panel="Search",
             help="Refine the front by a local search after all evaluations [default: chosen by "
-            "the problem; off, and without initial designs, if --robust, --evaluations, "
-            "--algorithm, --walkers or --set is given].",
+            "the problem; off if --robust, --evaluations, --algorithm, --walkers or --set is "
+            "given].",
         ),
     ] = None,
     max_time: MaxTime = None,

@@ -46,11 +46,11 @@ _DIRECTIONS_AND_SIZE = (*_REFERENCE_DIRECTIONS, *_POPULATION_SIZE)
 
 #: Kinds of candidates of `mgeo.MGEODirected`, in the order in which they are drawn.
 _CANDIDATES = (
-    "A candidate is a recombination of two good points (archived points, or best points of "
-    "walkers); if not that, a step with momentum, the sum of a random multiple of the step that "
-    "led to the walker's best point and a random fraction of the way to an archived point; if not "
-    "that, a difference step, along the difference of two good points; or else a Gaussian step. "
-    "The share of recombination adapts to its success."
+    "Each candidate is of one of four kinds, drawn at random. A recombination combines two good "
+    "points: archived points, or best points of walkers. A step with momentum is the sum of two "
+    "random parts: one along the step that led to the walker's best point, one towards an archived "
+    "point. A difference step is a random fraction of the difference between two good points. A "
+    "Gaussian step is normally distributed. The share of recombinations adapts to their success."
 )
 
 

@@ -72,7 +72,7 @@ def test_margin_at_rest_includes_attitude_uncertainty():
     nearest = np.degrees(np.arccos(sun.max())) - 3.0 * 5.0
     description = describe_satellite(problem)
     assert "at least 20 deg" in description["constraint"]
-    assert f"without maneuvers it is {nearest:.3g} deg" in description["constraint"]
+    assert f"without maneuvers at worst {nearest:.3g} deg" in description["constraint"]
 
 
 def test_monte_carlo_runs_are_described():

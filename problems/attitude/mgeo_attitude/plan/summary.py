@@ -69,8 +69,8 @@ def warn_of_final_rate(plan: ManeuverPlan) -> list[str]:
     if plan.slew_back or plan.scenario.is_magnetorquer_driven or not rate:
         return []
     return [
-        f"The plan ends with a body rate of {rate:.2f} deg/s. Set maneuvers.slew_back = true in "
-        "the scenario file for a return to the initial pointing."
+        f"The plan ends with a body rate of {rate:.2f} deg/s (norm of the three axes). Set "
+        "maneuvers.slew_back = true in the scenario file for a return to the initial pointing."
     ]
 
 

@@ -286,7 +286,11 @@ def _describe_lower_bound(plan: ManeuverPlan) -> str:
         relaxations = plan.problem.lower_bound.relaxations
     except NoLowerBoundError as reason:
         return f"No lower bound can be proved: {reason}."
-    text = "No maneuver of this duration has a smaller trace than the lower bound."
+    text = (
+        "Trace: weighted sum of the variances of all errors; a plan with a smaller trace can have "
+        "a larger attitude 1-sigma. No maneuver of this duration has a smaller trace than the "
+        "lower bound."
+    )
     if relaxations:
         text += (
             " Simplifications that make the bound smaller than necessary: "
@@ -344,7 +348,7 @@ SECTIONS = {
         lambda plan: (
             "Error sources with the largest share of the variance about the worst body axis. If "
             "halved: 1-sigma after the same maneuvers if this noise, drift or initial error is "
-            f"half as large.{_describe_run(plan)}"
+            f"half as large and the filter is tuned to it.{_describe_run(plan)}"
         ),
         lambda table: table.rename(columns={"predicted": "1-sigma"}),
     ),
@@ -372,8 +376,9 @@ SECTIONS = {
         ManeuverPlan.evaluate_improvements,
         lambda plan: (
             "1-sigma about the worst body axis after one change. Half: this noise, drift or "
-            "initial error is half as large. 300 s more: the plan continues at the last rates, or "
-            "with a rotation about a body axis. Constraints are not evaluated."
+            "initial error is half as large and the filter is tuned to it. 300 s more: the plan "
+            "continues at the last rates, or with a rotation about a body axis. Constraints are "
+            "not evaluated."
             f"{_describe_run(plan)}"
         ),
         _name_halved_sources,

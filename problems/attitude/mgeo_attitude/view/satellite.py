@@ -160,7 +160,8 @@ def _describe_constraints(problem: AttitudeManeuverProblem) -> Iterator[str]:
             unit, value, *_, margin = rows[constraint.label]
             state = "margin" if margin >= 0.0 else "violated by"
             text += (
-                f"; without maneuvers it is {value:.3g} {unit} ({state} {abs(margin):.2g} {unit})"
+                f"; without maneuvers at worst {value:.3g} {unit} "
+                f"({state} {abs(margin):.2g} {unit})"
             )
         yield text
 

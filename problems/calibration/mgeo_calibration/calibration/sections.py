@@ -264,7 +264,7 @@ def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
     elif "misalignment" in states:
         lines.append(
             f"Corrected vector in body axes = Rᵀ {reading}. R = exp([θ×]) transforms vectors from "
-            "body to sensor axes; θ is the misalignment [rad]."
+            "body to sensor axes, which coincide for a misalignment θ = 0 rad."
         )
     elif "bias" in states:
         lines.append(f"Corrected vector = {reading}.")
@@ -274,8 +274,8 @@ def _describe_corrections(calibration: Calibration) -> tuple[str, ...]:
             "(x, y) [rad]."
         )
     lines.append(
-        'Corrections to upload: "corrections" in calibration.json, which --out DIR writes, with '
-        "the matrices and with biases in the units of the readings."
+        'Corrections to upload: "corrections" in calibration.json, which --out DIR writes. They '
+        "contain the matrices, and the biases in the units of the readings."
     )
     return tuple(lines)
 
