@@ -83,6 +83,19 @@ def build_records(table: pd.DataFrame) -> list[Any]:
     return complete.set_axis([format_key(str(c)) for c in complete], axis=1).to_dict("records")
 
 
+def format_bounds(types: pd.Series, values: pd.Series | Sequence[str]) -> pd.Series:
+    """Return bounds as texts such as "max 5".
+
+    Parameters
+    ----------
+    types : Series of str
+        "at most" or "at least". Other types, such as that of a row without a bound, give NaN.
+    values : Series or sequence of str
+        Formatted values of the bounds.
+    """
+    return types.map({"at most": "max", "at least": "min"}) + " " + values
+
+
 def format_cells(
     table: pd.DataFrame, digits: int = 3, decimals: Mapping[str, int] | None = None
 ) -> list[list[str]]:

@@ -92,8 +92,8 @@ def summarize_front(view: View) -> FrontSummary:
         satisfying = [row for row, table in tables.items() if not _list_violated(table)]
         advice = f"Choose another {view.noun}"
         if satisfying:
-            distance = {row: abs(k - rows.index(recommended.row)) for k, row in enumerate(rows)}
-            nearest = min(satisfying, key=lambda row: distance[row])
+            place = rows.index(recommended.row)
+            nearest = min(satisfying, key=lambda row: abs(rows.index(row) - place))
             advice = f"Choose {view.noun} {nearest}, which satisfies all constraints"
         warnings.insert(
             0,

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from mgeo._text import format_duration
-from mgeo.plugins.review import Review, Section
+from mgeo.plugins.review import Review, Section, format_bounds
 from mgeo_attitude.environment.times import format_time_stamps
 from mgeo_attitude.filter.error_budget import GYRO_NOISE
 from mgeo_attitude.lower_bound.samples import NoLowerBoundError
@@ -118,8 +118,7 @@ def _build_constraint_table(plan: ManeuverPlan) -> pd.DataFrame:
 
 
 def _select_constraint_columns(table: pd.DataFrame) -> pd.DataFrame:
-    kinds = table["bound_type"].map({"at most": "max", "at least": "min"})
-    bounds = kinds + table["bound_value"].map(" {:.4g}".format)
+    bounds = format_bounds(table["bound_type"], table["bound_value"].map("{:.4g}".format))
     result = np.where(table["satisfied"], "satisfied", "VIOLATED")
     columns = table[["unit", "value"]].assign(bound=bounds, margin=table["margin"])
     if not table["satisfied"].all():
@@ -181,7 +180,7 @@ def _describe_timeline(plan: ManeuverPlan) -> str:
 
 def _describe_accuracy(plan: ManeuverPlan) -> str:
     predicted = (
-        "root mean square of 200 Monte Carlo runs"
+        f"root mean square of {plan.view.n_monte_carlo_runs} Monte Carlo runs"
         if plan.scenario.is_magnetorquer_driven
         else "nominal run, without random errors"
     )

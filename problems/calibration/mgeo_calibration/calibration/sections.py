@@ -10,7 +10,7 @@ import pandas as pd
 from mgeo_attitude.sensors.photodiode import Photodiode
 
 from mgeo._text import format_duration, format_two_digits
-from mgeo.plugins.review import Section
+from mgeo.plugins.review import Section, format_bounds
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.consistency_tests import SIGNIFICANCE
 from mgeo_calibration.calibration.corrections import format_label
@@ -339,7 +339,6 @@ def _describe_tests(calibration: Calibration) -> str:
 
 
 def _format_tests(table: pd.DataFrame) -> pd.DataFrame:
-    kinds = table["bound_type"].map({"at most": "max", "at least": "min"})
     formats = [_STATISTIC_FORMATS.get(name, "{:.2g}") for name in table["statistic"]]
     values, bounds = (
         [text.format(value) for text, value in zip(formats, table[name], strict=True)]
@@ -349,7 +348,7 @@ def _format_tests(table: pd.DataFrame) -> pd.DataFrame:
         {
             "statistic": table["statistic"],
             "value": values,
-            "threshold": kinds + " " + bounds,
+            "threshold": format_bounds(table["bound_type"], bounds),
             "result": ["passed" if is_passed else "FAILED" for is_passed in table["is_passed"]],
         },
         index=table.index,

@@ -11,7 +11,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.summary import list_warnings
 
 from mgeo._text import format_duration
-from mgeo.plugins.review import Section
+from mgeo.plugins.review import Section, format_bounds
 from mgeo.terminal import Output
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -80,8 +80,7 @@ def build_comparison_section(title: str, frame: pd.DataFrame, note: str) -> Sect
         Text below the table.
     """
     has_bound = frame["bound_type"] != ""
-    kinds = frame["bound_type"].map({"at most": "max", "at least": "min"})
-    bounds = kinds + frame["bound_value"].map(" {:.4g}".format)
+    bounds = format_bounds(frame["bound_type"], frame["bound_value"].map("{:.4g}".format))
     satisfied = frame["satisfied"].map({True: "satisfied", False: "VIOLATED"})
     shown = frame.drop(columns=["bound_type", "bound_value", "satisfied"])
     shown = shown.rename(columns={"plan": "planned"})

@@ -15,7 +15,7 @@ from mgeo_attitude.plan.tables import SECTIONS
 from mgeo_attitude.view.summaries import describe_ends
 
 from mgeo._text import format_duration, format_two_digits
-from mgeo.plugins.review import Section, build_records
+from mgeo.plugins.review import Section, build_records, format_bounds
 from mgeo.terminal import Output
 from mgeo_calibration.calibration.corrections import format_label
 from mgeo_calibration.simulators.plan_comparison import VIOLATED_COLUMN, format_gyro_guidance
@@ -162,9 +162,7 @@ def _build_guidance_table(table: pd.DataFrame) -> pd.DataFrame:
     has_bound = table["bound_type"] != ""
     if not has_bound.any():
         return shown
-    bounds = table["bound_type"].map({"at most": "max", "at least": "min"}) + table[
-        "bound_value"
-    ].map(" {:.4g}".format)
+    bounds = format_bounds(table["bound_type"], table["bound_value"].map("{:.4g}".format))
     return shown.assign(
         **{"bound": bounds.where(has_bound, "none"), "violated [%]": table[VIOLATED_COLUMN]}
     )
